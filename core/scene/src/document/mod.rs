@@ -10,7 +10,7 @@
 //!   of models; `replacement_pose`: the pose of an object that is replaced;
 //! - `entry`: which table describes which objects; `settings`: settings of the world; `scripts`: scripts in scene
 //!   files;
-//! - `services`: services that a scene requests;
+//! - `services`: services that a scene requests; `languages`: settings of script languages;
 //! - `overrides`: application of `[set]`, `--set` and `--script`; `change`: their parsed form;
 //! - [`SourceFiles`]: the source files of a document.
 
@@ -20,6 +20,7 @@ mod entry;
 mod import;
 mod import_files;
 mod keys;
+mod languages;
 mod live;
 mod names;
 mod overrides;
@@ -51,6 +52,7 @@ use tatu_plugin_api::{
 
 pub use build::DocumentBuilder;
 pub use change::{PropertyOverride, ScriptOverride};
+pub use languages::{LanguageOverride, LanguageSetting};
 pub use live::ObjectAttachments;
 pub use presets::{KeyTarget, PresetSetting, settings as preset_settings};
 pub use reach::{AllowedFile, AllowedFolders};
@@ -266,6 +268,8 @@ pub(crate) struct GroupNumbers {
 pub struct RunRequests {
     /// Services to start alongside the world.
     pub services: Vec<ServiceSpec>,
+    /// Settings of script languages; later ones take precedence over earlier ones.
+    pub languages: Vec<LanguageSetting>,
     /// Permissions that the scene requests, in the form of `--allow`; only the user who runs it can grant them.
     pub requested_permissions: Vec<String>,
     /// The table `[env]` of the scene file, as TOML: the observations and actions of a learning environment. The core

@@ -21,6 +21,7 @@ pub(crate) struct PythonScript {
     world: *mut tatu_world,
     host: Host,
     pub instance: Instance,
+    pub settings: Settings,
     pub commands: CommandService,
     /// The process, from `load` until the script ends or fails beyond repair.
     pub child: RefCell<Option<Child>>,
@@ -32,6 +33,14 @@ pub(crate) struct PythonScript {
     pub serves: Cell<bool>,
     /// Number of commands that the script has called.
     pub calls: Cell<u64>,
+}
+
+/// Settings of the language, where the user or the scene has set them.
+#[derive(Default)]
+pub(crate) struct Settings {
+    pub interpreter: Option<PathBuf>,
+    /// Limit of the memory of the process, MiB; 0: none.
+    pub memory_mb: Option<u64>,
 }
 
 /// The script's source.
@@ -74,6 +83,7 @@ impl PythonScript {
             world: world.raw().ptr(),
             host: *host,
             instance,
+            settings: Settings::default(),
             commands,
             child: RefCell::default(),
             lost: RefCell::default(),

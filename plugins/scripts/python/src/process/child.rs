@@ -11,6 +11,7 @@ use std::{
 use tatu_plugin_api::safe::*;
 
 use super::{Channel, interpreter};
+use crate::script::Settings;
 
 /// Reads the runtime from the pipe and runs it.
 const BOOT: &str = include_str!("../../runtime/boot.py");
@@ -18,6 +19,8 @@ const BOOT: &str = include_str!("../../runtime/boot.py");
 const FAREWELL: Duration = Duration::from_millis(300);
 /// Default limit of the memory of a process, MiB.
 const MEMORY_MB: u64 = 2048;
+/// The largest limit that can be set, MiB.
+pub(crate) const MOST_MEMORY_MB: u64 = 1 << 30;
 /// The environment variable that sets another limit, MiB; 0: none.
 const MEMORY_VARIABLE: &str = "TATU_PYTHON_MEMORY_MB";
 
@@ -29,11 +32,11 @@ pub(crate) struct Child {
 
 impl Child {
     /// Starts an interpreter that runs the runtime. `seed` determines the order of sets.
-    pub fn start(scene_folder: Option<&Path>, seed: u64) -> Result<Self> {
-        let program = interpreter::choose(scene_folder)?;
+    pub fn start(settings: &Settings, scene_folder: Option<&Path>, seed: u64) -> Result<Self> {
+        let program = interpreter::choose(settings.interpreter.as_deref(), scene_folder)?;
         let failed = |e: io::Error| {
             Fail::new(format!("the Python interpreter `{}` cannot be started: {e}", program.display()))
-                .help("set the environment variable TATU_PYTHON to the path of a Python interpreter")
+                .help(interpreter::HOW_TO_SET)
         };
         let (their_input, input) = io::pipe().map_err(failed)?;
         let (messages, their_messages) = io::pipe().map_err(failed)?;
@@ -42,7 +45,7 @@ impl Child {
         // Everything that would have to be done between fork and exec is done by the runtime, because a process with
         // threads must not fork. The runtime moves the pipes of messages from standard input and output elsewhere.
         command
-            .args(["-c", BOOT, &process::id().to_string(), &memory_limit().to_string()])
+            .args(["-c", BOOT, &process::id().to_string(), &memory_limit(settings).to_string()])
             .stdin(their_input)
             .stdout(their_messages)
             .stderr(their_output)
@@ -115,7 +118,7 @@ fn describe(status: ExitStatus) -> String {
 }
 
 /// Returns the limit of the memory of a process, bytes; 0: none.
-fn memory_limit() -> u64 {
-    let set = std::env::var(MEMORY_VARIABLE).ok().and_then(|text| text.trim().parse().ok());
-    set.unwrap_or(MEMORY_MB).min(1 << 30) << 20
+fn memory_limit(settings: &Settings) -> u64 {
+    let of_variable = || std::env::var(MEMORY_VARIABLE).ok().and_then(|text| text.trim().parse().ok());
+    settings.memory_mb.or_else(of_variable).unwrap_or(MEMORY_MB).min(MOST_MEMORY_MB) << 20
 }
