@@ -16,7 +16,7 @@ DISTANCE = 0.7  # m
 
 def sysCall_init():
     sim = require("sim")
-    self.robot = sim.getObject(".")
+    self.robot = sim.getObject("..")
     self.ball = sim.getObject("/ball")
     self.camera = sim.getObject("./camera")
     self.wheels = [sim.getObject("./Pioneer_p3dx_%sMotor" % side) for side in ("left", "right")]

@@ -226,11 +226,19 @@ impl Language for ObjectScript {
         Err(Fail::unsupported("a script that is an object of the program does not wait"))
     }
     const STATE_VERSION: u32 = 1;
+    /// Saves the names of the callables that the host knows by number, and the state of the object.
     fn save(&self) -> Result<Vec<u8>> {
-        self.enter(|py, target| py.import(HELPERS)?.call_method1("save", (target,))?.extract())
+        let found = self.found.borrow().clone();
+        self.enter(|py, target| py.import(HELPERS)?.call_method1("save", (target, found))?.extract())
     }
     fn restore(&self, bytes: &[u8], _: u32) -> Result<()> {
-        self.enter(|py, target| py.import(HELPERS)?.call_method1("restore", (target, bytes)).map(drop))
+        let found: Vec<String> =
+            self.enter(|py, target| py.import(HELPERS)?.call_method1("restore", (target, bytes))?.extract())?;
+        let mut known = self.found.borrow_mut();
+        if known.is_empty() {
+            *known = found;
+        }
+        Ok(())
     }
     fn keep_func(&self, _: u32) -> u32 {
         0

@@ -2,7 +2,7 @@
 
 import json
 import traceback
-from typing import Any, Tuple
+from typing import Any, List, Tuple
 
 from . import _native
 
@@ -41,14 +41,15 @@ def describe(error: BaseException) -> Tuple[str, str, int, str]:
     return text, frames[0].filename, frames[0].lineno or 0, "\n".join(lines)
 
 
-def save(target: Any) -> bytes:
-    """Return the state that the object saves, if any."""
-    if not hasattr(target, "sysCall_savestate"):
-        return b""
-    return json.dumps(target.sysCall_savestate(script)).encode()
+def save(target: Any, found: List[str]) -> bytes:
+    """Return what a snapshot stores: the names of callables that the simulator has found, and the object's own state."""
+    state = target.sysCall_savestate(script) if hasattr(target, "sysCall_savestate") else None
+    return json.dumps({"found": found, "state": state}).encode()
 
 
-def restore(target: Any, state: bytes) -> None:
-    """Pass saved state to the object."""
-    if state and hasattr(target, "sysCall_loadstate"):
-        target.sysCall_loadstate(script, json.loads(state))
+def restore(target: Any, saved: bytes) -> List[str]:
+    """Pass saved state to the object, and return the names of callables."""
+    both = json.loads(saved)
+    if hasattr(target, "sysCall_loadstate"):
+        target.sysCall_loadstate(script, both["state"])
+    return both["found"]

@@ -77,7 +77,7 @@ class Recorder:
         Recorder.made.append(self)
 
     def sysCall_init(self, script):
-        self.here = script.sim.getObject(".")
+        self.here = script.sim.getObject("..")
         self.calls.append("init")
 
     def sysCall_actuation(self, script):
@@ -125,7 +125,7 @@ def test_a_function_is_called_in_each_step_and_its_errors_have_their_line():
     seen = []
 
     def drive(script):
-        seen.append(script.sim.getObjectAlias(script.sim.getObject(".")))
+        seen.append(script.sim.getObjectAlias(script.sim.getObject("..")))
         if len(seen) == 3:
             raise ValueError("enough")
 

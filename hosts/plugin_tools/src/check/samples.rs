@@ -106,8 +106,11 @@ pub fn scripts(subject: &TestedPlugin, language: &ScriptLanguage) -> Vec<Sample>
     { fitting }.find(runs).into_iter().collect()
 }
 
-/// Forms in which languages define a callback.
+/// Forms in which languages define a callback. Those of languages whose scripts are slow to start come first, because the
+/// time for trying is limited.
 const TEMPLATES: [&str; 18] = [
+    "def sysCall_NAME():\n    pass",
+    "def NAME():\n    pass",
     "NAME: hello",
     "NAME sim.setInt32Signal a 1",
     "NAME sim.getSimulationTime",
@@ -118,8 +121,6 @@ const TEMPLATES: [&str; 18] = [
     "NAME = hello",
     "function NAME() end",
     "function sysCall_NAME() end",
-    "def NAME():\n    pass",
-    "def sysCall_NAME():\n    pass",
     "function NAME() {}",
     "fn NAME() {}",
     "(define (NAME) 1)",
