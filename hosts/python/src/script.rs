@@ -121,7 +121,7 @@ fn attached<T: Default>(f: impl FnOnce(Python<'_>) -> PyResult<T>) -> Result<T> 
 
 /// Converts an exception to an error with its place in the program.
 fn to_fail(py: Python<'_>, e: &PyErr) -> Fail {
-    let told = py.import(HELPERS).and_then(|m| m.call_method1("describe", (e.value(py),)));
+    let told = py.import(HELPERS).and_then(|m| m.call_method1("describe", (e.value(py), e.traceback(py))));
     let told = told.and_then(|t| t.extract::<(String, String, u64, String)>());
     let Ok((text, file, line, traceback)) = told else {
         return Fail::with_code(TATU_ERR_SCRIPT, e.to_string());

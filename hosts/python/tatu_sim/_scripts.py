@@ -31,10 +31,10 @@ class Commands:
 script = Commands("")
 
 
-def describe(error: BaseException) -> Tuple[str, str, int, str]:
+def describe(error: BaseException, trace: Any) -> Tuple[str, str, int, str]:
     """Return message, file, line and traceback, innermost first, of an exception."""
     text = str(error) if isinstance(error, _native.Error) else f"{type(error).__name__}: {error}"
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename != __file__][::-1]
+    frames = [f for f in traceback.extract_tb(trace) if f.filename != __file__][::-1]
     if not frames:
         return text, "", 0, ""
     lines = [f"{f.filename}:{f.lineno}: in {f.name}\n    {f.line}" for f in frames[:40]]

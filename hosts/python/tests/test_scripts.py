@@ -92,10 +92,10 @@ class Recorder:
         self.calls.append("cleanup")
 
     def sysCall_savestate(self, script):
-        return {"count": self.count}
+        return {"count": self.count, "here": self.here}
 
     def sysCall_loadstate(self, script, state):
-        self.count = state["count"]
+        self.count, self.here = state["count"], state["here"]
 
 
 EMPTY = """
@@ -112,8 +112,8 @@ alias = "b"
 def test_a_class_is_a_script_whose_methods_are_called_at_their_place_in_the_step():
     Recorder.made.clear()
     with tatu_sim.World(text=EMPTY, scripts={"/a": Recorder, "/b": Recorder}, strict=True) as world:
-        assert [r.calls for r in Recorder.made] == [["init"], ["init"]]
         world.step(2)
+        assert len(Recorder.made) == 2
         assert world["/a"].position[0] == world["/b"].position[0] == 2.0
         first = Recorder.made[0]
         second = ("actuation", round(world.dt, 6))

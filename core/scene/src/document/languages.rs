@@ -8,23 +8,10 @@ use tatu_plugins::{ParameterSpec, Registry};
 use toml_edit::{Item, TableLike};
 
 use super::{
-    Document,
+    Document, LanguageSetting,
     keys::{self, SourceText},
     services::{UserSettings, assignments},
 };
-
-/// A setting of a script language.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LanguageSetting {
-    /// Index of the language in the registry.
-    pub language: usize,
-    /// Key of the parameter.
-    pub key: String,
-    /// Value of the parameter.
-    pub value: Value,
-    /// Whether the scene's file states it.
-    pub is_of_scene: bool,
-}
 
 /// Settings of a language on the command line: `ID:KEY=VALUE,KEY=VALUE`.
 #[derive(Debug, Clone)]

@@ -52,7 +52,7 @@ use tatu_plugin_api::{
 
 pub use build::DocumentBuilder;
 pub use change::{PropertyOverride, ScriptOverride};
-pub use languages::{LanguageOverride, LanguageSetting};
+pub use languages::LanguageOverride;
 pub use live::ObjectAttachments;
 pub use presets::{KeyTarget, PresetSetting, settings as preset_settings};
 pub use reach::{AllowedFile, AllowedFolders};
@@ -261,6 +261,19 @@ pub(crate) struct GroupNumbers {
     groups: usize,
     /// Suffixes of the unique names of groups, where the file specifies them, by group number.
     group_suffixes: BTreeMap<usize, i32>,
+}
+
+/// A setting of a script language.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LanguageSetting {
+    /// Index of the language in the registry.
+    pub language: usize,
+    /// Key of the parameter.
+    pub key: String,
+    /// Value of the parameter.
+    pub value: Value,
+    /// Whether the scene's file states it.
+    pub is_of_scene: bool,
 }
 
 /// The requests of a document to the program that runs it.

@@ -24,8 +24,8 @@ mod wire;
 
 use tatu_plugin_api::{abi::*, safe::*};
 
-use process::MOST_MEMORY_MB;
-use script::{PERMISSION, PythonScript, Settings};
+use process::{MAX_MEMORY_MB, Settings};
+use script::{PERMISSION, PythonScript};
 
 /// The plugin, which has no data; every script is an instance of the language.
 struct Python;
@@ -55,7 +55,7 @@ impl Language for PythonScript {
                 "The Python interpreter, by its path or its name in PATH; otherwise TATU_PYTHON, `.venv/bin/python` beside \
                  the scene, the active virtual environment, or `python3`.",
             ),
-            Param::int("memory_mb").range(0.0, MOST_MEMORY_MB as f64).optional().text(
+            Param::int("memory_mb").range(0.0, MAX_MEMORY_MB as f64).optional().text(
                 "Limit of the data of each script's process, MB; 0: none; otherwise TATU_PYTHON_MEMORY_MB, or 2048.",
             ),
         ]

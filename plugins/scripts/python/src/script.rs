@@ -10,7 +10,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 use crate::{
     host::CommandService,
     message::{self, to},
-    process::Child,
+    process::{Child, Settings},
 };
 
 /// The permission that scripts need.
@@ -33,14 +33,6 @@ pub(crate) struct PythonScript {
     pub serves: Cell<bool>,
     /// Number of commands that the script has called.
     pub calls: Cell<u64>,
-}
-
-/// Settings of the language, where the user or the scene has set them.
-#[derive(Default)]
-pub(crate) struct Settings {
-    pub interpreter: Option<PathBuf>,
-    /// Limit of the memory of the process, MiB; 0: none.
-    pub memory_mb: Option<u64>,
 }
 
 /// The script's source.

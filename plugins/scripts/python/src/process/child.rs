@@ -3,7 +3,7 @@
 use std::{
     io,
     os::{fd::OwnedFd, unix::process::CommandExt},
-    path::Path,
+    path::{Path, PathBuf},
     process::{self, Command, ExitStatus},
     time::{Duration, Instant},
 };
@@ -11,18 +11,25 @@ use std::{
 use tatu_plugin_api::safe::*;
 
 use super::{Channel, interpreter};
-use crate::script::Settings;
 
 /// Reads the runtime from the pipe and runs it.
 const BOOT: &str = include_str!("../../runtime/boot.py");
 /// How long a process may take to end by itself.
-const FAREWELL: Duration = Duration::from_millis(300);
+const FAREWELL: Duration = Duration::from_secs(2);
 /// Default limit of the memory of a process, MiB.
 const MEMORY_MB: u64 = 2048;
 /// The largest limit that can be set, MiB.
-pub(crate) const MOST_MEMORY_MB: u64 = 1 << 30;
+pub(crate) const MAX_MEMORY_MB: u64 = 1 << 30;
 /// The environment variable that sets another limit, MiB; 0: none.
 const MEMORY_VARIABLE: &str = "TATU_PYTHON_MEMORY_MB";
+
+/// Settings of the language, where the user or the scene has set them.
+#[derive(Default)]
+pub(crate) struct Settings {
+    pub interpreter: Option<PathBuf>,
+    /// Limit of the memory of the process, MiB; 0: none.
+    pub memory_mb: Option<u64>,
+}
 
 /// The running process of a script. When this is dropped, the process is asked to end, and then killed.
 pub(crate) struct Child {
@@ -120,5 +127,5 @@ fn describe(status: ExitStatus) -> String {
 /// Returns the limit of the memory of a process, bytes; 0: none.
 fn memory_limit(settings: &Settings) -> u64 {
     let of_variable = || std::env::var(MEMORY_VARIABLE).ok().and_then(|text| text.trim().parse().ok());
-    settings.memory_mb.or_else(of_variable).unwrap_or(MEMORY_MB).min(MOST_MEMORY_MB) << 20
+    settings.memory_mb.or_else(of_variable).unwrap_or(MEMORY_MB).min(MAX_MEMORY_MB) << 20
 }
