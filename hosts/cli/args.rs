@@ -80,6 +80,9 @@ pub struct SceneChanges {
     /// from the folders that the scene names. Some script languages need a permission of their own, such as `python`.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = permission)]
     pub allow: Vec<String>,
+    /// Set parameters of a script language: `ID:KEY=VALUE,KEY=VALUE`, such as `python:interpreter=PATH`.
+    #[arg(long = "language", value_name = "ID:KEY=VALUE")]
+    pub languages: Vec<String>,
     /// A folder that contains ROS packages, or is one, to which `package://` in files of robots refers.
     #[arg(long, value_name = "DIR")]
     pub package_path: Vec<PathBuf>,
@@ -588,6 +591,7 @@ impl SceneChanges {
             scripts: self.scripts.clone(),
             allow: self.allow.clone(),
             services: services.to_vec(),
+            languages: self.languages.clone(),
             ..WorldSetup::new(SceneSource::File(PathBuf::new()))
         };
         changes.options()

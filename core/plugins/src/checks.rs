@@ -114,6 +114,12 @@ impl Registry {
         for s in &self.services {
             add(s.plugin, format!("the service `{}`", s.id), parameters(&s.params, true));
         }
+        for l in &self.scripting.languages {
+            add(l.plugin, format!("the language `{}`", l.id), parameters(&l.params, true));
+            let required = l.params.iter().filter(|p| !p.optional());
+            let required = required.map(|p| format!("its parameter `{}` has no default, and is not optional", p.key));
+            add(l.plugin, format!("the language `{}`", l.id), required.collect());
+        }
         for m in &self.model_offers.models {
             add(m.plugin, format!("the model `{}`", m.id), parameters(&m.params, true));
         }

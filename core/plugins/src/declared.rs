@@ -193,6 +193,7 @@ accessors! {
         suffixes: labels => Vec<String>;
         life: Declared::at => Option<Declared<'a, tatu_life>>;
         permission: label => Option<String>;
+        params: list => Vec<Declared<'a, tatu_param>>;
     }
     tatu_ext_command {
         per_world: Declared::at => Option<Declared<'a, tatu_life>>;

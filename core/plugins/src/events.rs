@@ -40,7 +40,7 @@ const OBJECT_FIELDS: [FieldRow; 3] = [
     ("path", TEXT, 0, None, "its path in the tree of objects"),
     ("kind", TEXT, 0, None, "its kind"),
 ];
-const FAULT_FIELDS: [FieldRow; 7] = [
+const FAULT_FIELDS: [FieldRow; 8] = [
     ("code", TEXT, 0, None, "code of the fault: docs/reference/errors.md"),
     ("message", TEXT, 0, None, "what went wrong"),
     ("script", TEXT, 0, None, "name of the script, if a script caused it"),
@@ -48,6 +48,13 @@ const FAULT_FIELDS: [FieldRow; 7] = [
     ("plugin", TEXT, 0, None, "id of the plugin, if known"),
     ("file", TEXT, 0, None, "file of the script, if known"),
     ("line", TATU_I64, 0, None, "line in that file"),
+    (
+        "traceback",
+        TEXT,
+        0,
+        None,
+        "the calls that led there, innermost first, if known: lines of the form FILE:LINE: in FUNCTION",
+    ),
 ];
 const CONTACT_FIELDS: [FieldRow; 7] = [
     ("a", TATU_OBJECT, 0, None, "a shape"),

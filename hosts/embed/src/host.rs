@@ -76,6 +76,11 @@ impl WorldHost {
         Ok(WorldHost { queue: line, thread: Some(thread), process: process::id() })
     }
 
+    /// Returns whether the calling thread is the world's own, which must not wait for itself.
+    pub fn is_own_thread(&self) -> bool {
+        self.thread.as_ref().is_some_and(|t| t.thread().id() == thread::current().id())
+    }
+
     /// Calls `f` with the world, on the world's thread, and waits for the result.
     ///
     /// # Errors

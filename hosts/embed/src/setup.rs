@@ -6,7 +6,9 @@ use std::{
 };
 
 use tatu_core::{
-    document::{self, Document, LoadOptions, PropertyOverride, ScriptOverride, ServiceOverride, SourceFiles},
+    document::{
+        self, Document, LanguageOverride, LoadOptions, PropertyOverride, ScriptOverride, ServiceOverride, SourceFiles,
+    },
     errors::{Error, Result},
     host_tables,
     plugins::{FolderOrigin, Registry, SearchPath, protected_state::share_process},
@@ -39,12 +41,19 @@ pub struct WorldSetup {
     pub allow: Vec<String>,
     /// Services to start, in the form `ID:KEY=VALUE`. Services that only the scene declares are not started.
     pub services: Vec<String>,
+    /// Settings of script languages, in the form `ID:KEY=VALUE`.
+    pub languages: Vec<String>,
+    /// Defaults for settings of script languages, as language, key and text. They apply where neither the scene nor the
+    /// user has set anything.
+    pub language_defaults: Vec<(String, String, String)>,
     /// Plugin libraries, or folders that contain plugin libraries; searched before all others.
     pub plugins: Vec<PathBuf>,
     /// Number of threads that each world uses; it does not affect the results.
     pub threads: usize,
     /// The folder in which scripts open files; if `None`, the working folder.
     pub files: Option<PathBuf>,
+    /// Files that need not exist, and their texts.
+    pub texts: Vec<(PathBuf, String)>,
 }
 
 impl WorldSetup {
@@ -57,9 +66,12 @@ impl WorldSetup {
             scripts: Vec::new(),
             allow: Vec::new(),
             services: Vec::new(),
+            languages: Vec::new(),
+            language_defaults: Vec::new(),
             plugins: Vec::new(),
             threads: 1,
             files: None,
+            texts: Vec::new(),
         }
     }
 
@@ -77,6 +89,9 @@ impl WorldSetup {
         if let SceneSource::Text(text, _) = &self.scene {
             sources.add_file(&self.file(), text.as_bytes().to_vec());
         }
+        for (file, text) in &self.texts {
+            sources.add_file(file, text.as_bytes().to_vec());
+        }
         sources
     }
 
@@ -85,6 +100,10 @@ impl WorldSetup {
     /// # Errors
     /// A change cannot be parsed, or the user's settings cannot be read.
     pub fn options(&self) -> Result<LoadOptions> {
+        let mut user_settings = user_settings()?;
+        for (language, key, text) in &self.language_defaults {
+            user_settings.add_language_default(language, key, text);
+        }
         Ok(LoadOptions {
             seed: self.seed,
             set: self.set.iter().map(|s| PropertyOverride::parse(s)).collect::<Result<_>>()?,
@@ -92,7 +111,8 @@ impl WorldSetup {
             // `plugins` is not a permission of scripts; it has been checked when the plugins were loaded.
             allow: self.allow.iter().filter(|a| *a != "plugins").cloned().collect(),
             services: self.services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_>>()?,
-            user_settings: user_settings()?,
+            languages: self.languages.iter().map(|s| LanguageOverride::parse(s)).collect::<Result<_>>()?,
+            user_settings,
             sources: self.sources(),
             ..LoadOptions::default()
         })

@@ -1,7 +1,8 @@
 //! Errors of the simulator as exceptions.
 
 use pyo3::{create_exception, exceptions::PyException, prelude::*};
-use tatu_core::errors::{Error as Wrong, Fault, Refusal};
+use tatu_core::errors::{Error as Wrong, Fault, FaultKind, Refusal};
+use tatu_plugin_api::safe::Fail;
 
 create_exception!(
     tatu_sim,
@@ -34,7 +35,7 @@ pub fn to_exception(e: &Wrong) -> PyErr {
 
 /// Converts a refusal to read or set a property to an error.
 pub fn refusal_error(r: &Refusal) -> Wrong {
-    Wrong::new(tatu_core::errors::FaultKind::of(r.0).code(), r.1.clone())
+    Wrong::new(FaultKind::of(r.0).code(), r.1.clone())
 }
 
 /// Converts a fault of a command to an error.
@@ -44,4 +45,14 @@ pub fn fault_error(f: &Fault) -> Wrong {
         text = format!("{text}\n{traceback}");
     }
     Wrong { help: f.help.clone(), ..Wrong::new(f.code, text) }
+}
+
+/// Converts the error of a command that a script called to an exception.
+pub fn from_fail(fail: &Fail) -> PyErr {
+    let code = FaultKind::of(fail.code()).code();
+    let message = match fail.help_text() {
+        Some(help) => format!("{} ({help})", fail.text()),
+        None => fail.text().to_owned(),
+    };
+    new_exception(message, code, fail.text(), fail.help_text(), None)
 }

@@ -1,11 +1,12 @@
 //! The native part of the Python package `tatu_sim`: a thin layer below the public interface in `tatu_sim/`.
 //!
-//! - `world`: a world; `batch`: a batch of worlds; `sweep`: many runs of one scene; `value`: conversion of values;
+//! - `world`: a world; `script`: scripts that are objects of the program; `batch`: a batch of worlds; `sweep`: many runs of one scene; `value`: conversion of values;
 //!   `error`: exceptions.
 
 mod batch;
 mod detach;
 mod error;
+mod script;
 mod sweep;
 mod table;
 mod value;
@@ -51,6 +52,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(sweep::plan, m)?)?;
     m.add_function(wrap_pyfunction!(detach::finish, m)?)?;
     m.add_function(wrap_pyfunction!(folders, m)?)?;
+    m.add_function(wrap_pyfunction!(script::script_call, m)?)?;
     m.add_function(wrap_pyfunction!(main, m)?)?;
     m.add_function(wrap_pyfunction!(crash_reports, m)?)
 }

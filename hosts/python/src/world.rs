@@ -8,7 +8,7 @@ use std::{
 
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::{
-    exceptions::PyValueError,
+    exceptions::{PyRuntimeError, PyValueError},
     prelude::*,
     types::{PyBytes, PyDict, PyList},
 };
@@ -20,7 +20,7 @@ use tatu_core::{
 use tatu_embed::{CameraView, SceneSource, WorldHost, WorldSetup, WorldSlot, search::scene_file};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use crate::{detach::run_detached, error, table, value};
+use crate::{detach::run_detached, error, script::ScriptObjects, table, value};
 
 /// Real time after which stepping is interrupted so that Python can handle signals such as Ctrl-C. It is checked after
 /// every 16 steps.
@@ -31,6 +31,18 @@ const SIGNAL_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 pub struct World {
     /// The host of the world; `None` after the world has been closed.
     host: Mutex<Option<Arc<WorldHost>>>,
+    /// Objects of the program that are scripts of the world.
+    objects: Arc<ScriptObjects>,
+}
+
+impl Drop for World {
+    fn drop(&mut self) {
+        // Scripts that are objects of the program are called while the world ends, so the lock must be free.
+        let host = self.host.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        if host.is_some() {
+            Python::attach(|py| run_detached(py, || drop(host)));
+        }
+    }
 }
 
 /// A property or field of an object that is read or set in each step; it is looked up only once.
@@ -60,6 +72,10 @@ pub struct SetupArguments {
     scripts: Vec<String>,
     allow: Vec<String>,
     services: Vec<String>,
+    languages: Vec<String>,
+    language_defaults: Vec<(String, String, String)>,
+    /// Objects that replace the scripts of objects of the scene, with the paths of these.
+    objects: Vec<(String, Py<PyAny>)>,
     plugins: Vec<PathBuf>,
     threads: usize,
     files: Option<PathBuf>,
@@ -80,9 +96,12 @@ impl TryFrom<SetupArguments> for WorldSetup {
             scripts: a.scripts,
             allow: a.allow,
             services: a.services,
+            languages: a.languages,
+            language_defaults: a.language_defaults,
             plugins: a.plugins,
             threads: a.threads.max(1),
             files: a.files,
+            texts: Vec::new(),
         })
     }
 }
@@ -90,7 +109,14 @@ impl TryFrom<SetupArguments> for WorldSetup {
 impl World {
     fn host(&self) -> PyResult<Arc<WorldHost>> {
         let host: MutexGuard<'_, Option<Arc<WorldHost>>> = self.host.lock().unwrap_or_else(PoisonError::into_inner);
-        host.clone().ok_or_else(|| PyValueError::new_err("the world is closed"))
+        let host = host.clone().ok_or_else(|| PyValueError::new_err("the world is closed"))?;
+        // The world's thread would wait for itself.
+        if host.is_own_thread() {
+            return Err(PyRuntimeError::new_err(
+                "a script cannot use its own world, which is calling it: use the commands that the callback receives",
+            ));
+        }
+        Ok(host)
     }
 
     /// Calls a function with the world on its thread, while the interpreter's lock is released.
@@ -104,9 +130,15 @@ impl World {
 impl World {
     #[new]
     fn new(py: Python<'_>, setup: SetupArguments) -> PyResult<Self> {
-        let setup = WorldSetup::try_from(setup)?;
+        let mut setup = setup;
+        let (objects, files) = ScriptObjects::register(std::mem::take(&mut setup.objects));
+        let mut setup = WorldSetup::try_from(setup)?;
+        for file in files {
+            setup.scripts.push(format!("{}={}", file.path, file.name));
+            setup.texts.push((file.name.into(), file.text));
+        }
         let host = run_detached(py, || WorldHost::open(setup)).map_err(|e| error::to_exception(&e))?;
-        Ok(World { host: Mutex::new(Some(Arc::new(host))) })
+        Ok(World { host: Mutex::new(Some(Arc::new(host))), objects: Arc::new(objects) })
     }
 
     /// Runs up to `n` steps. Returns how many were run, whether the world is still running, and the lines logged. If an
@@ -161,13 +193,17 @@ impl World {
     fn fork(&self, py: Python<'_>) -> PyResult<Self> {
         let host = self.host()?;
         let fork = run_detached(py, || host.fork()).map_err(|e| error::to_exception(&e))?;
-        Ok(World { host: Mutex::new(Some(Arc::new(fork))) })
+        Ok(World { host: Mutex::new(Some(Arc::new(fork))), objects: self.objects.clone() })
     }
 
     /// Ends the world; all further calls fail.
-    fn close(&self, py: Python<'_>) {
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        if self.host.lock().unwrap_or_else(PoisonError::into_inner).is_some() {
+            self.host()?;
+        }
         let host = self.host.lock().unwrap_or_else(PoisonError::into_inner).take();
         run_detached(py, || drop(host));
+        Ok(())
     }
 
     /// Returns the hash of the world's state.

@@ -1,5 +1,6 @@
 """The command line: `python -m tatu_sim run scene.toml`, or `tatu run scene.toml`."""
 
+import os
 import signal
 import sys
 
@@ -11,6 +12,9 @@ def main() -> int:
         from ._doctor import doctor
 
         return doctor(sys.argv[2:])
+    # Scripts in Python find the packages of this interpreter, unless the user has chosen another one.
+    if sys.executable:
+        os.environ.setdefault("TATU_PYTHON", sys.executable)
     # Python's handler would run only after the command line has returned. Until the command line installs its own
     # handler, Ctrl-C ends the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -18,7 +18,7 @@ class Batch:
     """`n` worlds of one scene, stepped together by one call. Their results do not depend on the number of threads.
 
     Args:
-        scene, text, folder, scripts, allow, plugins, files: As for `World`.
+        scene, text, folder, scripts, allow, languages, plugins, files: As for `World`.
         n: Number of worlds.
         seeds: One seed for each world; by default the scene's own seed plus the index of the world.
         set: Changes to the scene, as for `World`. A list or array of length `n` sets a separate value for each
@@ -41,6 +41,7 @@ class Batch:
         set: Optional[Mapping[str, Any]] = None,
         scripts: Optional[Mapping[str, PathLike]] = None,
         allow: Sequence[str] = (),
+        languages: Optional[Mapping[str, Mapping[str, Any]]] = None,
         plugins: Sequence[PathLike] = (),
         files: Optional[PathLike] = None,
         threads: Optional[int] = None,
@@ -52,12 +53,15 @@ class Batch:
             raise ValueError(f"`n` is {n}; expected at least 1 world")
         if seeds is not None and len(seeds) != n:
             raise ValueError(f"{len(seeds)} seeds were given for {n} worlds; expected one for each world")
+        if any(not isinstance(script, (str, os.PathLike)) for script in (scripts or {}).values()):
+            raise TypeError("only `World` takes objects as scripts; expected paths of files")
         changes = spread(set, n)
         arguments = []
         for world in range(n):
             seed = None if seeds is None else seeds[world]
-            one = setup(scene, text, folder, seed, changes[world], scripts, allow, (), plugins, 1, files)
-            arguments.append(one)
+            arguments.append(
+                setup(scene, text, folder, seed, changes[world], scripts, allow, (), languages, plugins, 1, files)
+            )
         self.n = n
         self.quiet = quiet
         self._native = _native.Batch(arguments, cores() if threads is None else whole("threads", threads, 1))

@@ -31,7 +31,7 @@ class Episodes:
 
     Args:
         n: Number of worlds.
-        scene, text, folder, scripts, allow, plugins, files, quiet: As for `Batch`.
+        scene, text, folder, scripts, allow, languages, plugins, files, quiet: As for `Batch`.
         env: Keys that replace those of the scene's table `[env]`; the value None removes a key.
         set: Changes to the scene, the same for all worlds.
         threads: Number of threads.
@@ -50,6 +50,7 @@ class Episodes:
         set: Optional[Mapping[str, Any]] = None,
         scripts: Optional[Mapping[str, PathLike]] = None,
         allow: Sequence[str] = (),
+        languages: Optional[Mapping[str, Mapping[str, Any]]] = None,
         plugins: Sequence[PathLike] = (),
         files: Optional[PathLike] = None,
         threads: Optional[int] = None,
@@ -73,6 +74,7 @@ class Episodes:
             set=for_each,
             scripts=scripts,
             allow=allow,
+            languages=languages,
             plugins=plugins,
             files=files,
             threads=threads,

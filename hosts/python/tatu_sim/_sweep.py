@@ -90,7 +90,7 @@ def sweep(
     else:
         texts = map(job_json, jobs)
     drives()
-    arguments = setup(scene, text, folder, None, set, scripts, (), (), (), 1, None)
+    arguments = setup(scene, text, folder, None, set, scripts, (), (), None, (), 1, None)
     bundle = Bundle.of(_native.bundle(arguments))
     if record is not None:
         record = os.path.abspath(record)

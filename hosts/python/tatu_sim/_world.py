@@ -133,10 +133,15 @@ class World(Namespaces):
         folder: The folder to which paths in `text` are relative; the working folder by default.
         seed: Seed of all random numbers; the scene's own by default.
         set: Changes to the scene: `{"/Robot/leftMotor.max_force_nm": 2.0, "scene.dt_s": 0.01}`.
-        scripts: Scripts that replace those of objects: `{"/Robot": "my_controller.lua"}`.
-        allow: Permissions of scripts: `"exec"`, `"native"`, `"net=HOST:PORT"`; `"plugins"`: load plugins that the scene
-            names.
+        scripts: Scripts that replace those of objects: `{"/Robot": "my_controller.lua"}`. Instead of a file, a class, an
+            instance or a function of this program may be given: its methods `sysCall_init`, `sysCall_actuation`,
+            `sysCall_sensing` ... are called at their place in the step, with an object that has the commands; a function
+            is called as `sysCall_actuation`.
+        allow: Permissions of scripts: `"python"` for scripts in Python, `"exec"`, `"native"`, `"net=HOST:PORT"`;
+            `"plugins"`: load plugins that the scene names.
         services: Services to start: `"page:port=8080"`.
+        languages: Settings of script languages: `{"python": {"interpreter": "/usr/bin/python3"}}`. By default, scripts in
+            Python run in the interpreter of this process.
         plugins: Plugin libraries, or folders with plugin libraries.
         threads: Number of threads of this world. Results do not depend on it.
         files: The folder in which scripts open files; the working folder by default.
@@ -156,9 +161,10 @@ class World(Namespaces):
         folder: PathLike = ".",
         seed: Optional[int] = None,
         set: Optional[Mapping[str, Any]] = None,
-        scripts: Optional[Mapping[str, PathLike]] = None,
+        scripts: Optional[Mapping[str, Any]] = None,
         allow: Sequence[str] = (),
         services: Sequence[str] = (),
+        languages: Optional[Mapping[str, Mapping[str, Any]]] = None,
         plugins: Sequence[PathLike] = (),
         threads: int = 1,
         files: Optional[PathLike] = None,
@@ -170,7 +176,7 @@ class World(Namespaces):
         if film:
             self._film = tempfile.TemporaryDirectory(prefix="tatu-film-")
             services.append(f"film:page={Path(self._film.name) / 'film.html'}")
-        arguments = setup(scene, text, folder, seed, set, scripts, allow, services, plugins, threads, files)
+        arguments = setup(scene, text, folder, seed, set, scripts, allow, services, languages, plugins, threads, files)
         self._begin(_native.World(arguments), strict)
         for warning in self._native.warnings():
             logger.warning("%s", warning)
@@ -437,22 +443,32 @@ def view(look_from, look_at) -> Optional[Tuple[List[float], List[float]]]:
     return [float(x) for x in look_from], [float(x) for x in look_at]
 
 
-def setup(scene, text, folder, seed, changes, scripts, allow, services, plugins, threads, files) -> Dict[str, Any]:
+def setup(
+    scene, text, folder, seed, changes, scripts, allow, services, languages, plugins, threads, files
+) -> Dict[str, Any]:
     """Convert arguments for the native part."""
     if (scene is None) == (text is None):
         raise TypeError("expected either `scene` or `text`")
     if not 1 <= threads <= 256:
         raise ValueError(f"`threads` is {threads}; expected a number from 1 to 256")
+    files_of = {path: script for path, script in (scripts or {}).items() if isinstance(script, (str, os.PathLike))}
+    objects = [(path, script) for path, script in (scripts or {}).items() if path not in files_of]
+    # Scripts in Python find the packages that this program has, unless the user has chosen another interpreter.
+    own = None if os.environ.get("TATU_PYTHON") else sys.executable
     return {
         "scene": None if scene is None else os.fspath(scene),
         "text": text,
         "folder": os.path.abspath(folder),
         "seed": None if seed is None else whole("seed", seed),
         "set": settings(changes),
-        "scripts": [f"{path}={os.fspath(file)}" for path, file in (scripts or {}).items()],
+        "scripts": [f"{path}={os.fspath(file)}" for path, file in files_of.items()],
+        "objects": objects,
         "allow": list(allow),
         "services": list(services),
-        "plugins": [os.path.abspath(p) for p in plugins],
+        "languages": [f"{name}:{one}" for name, values in (languages or {}).items() for one in settings(values)],
+        "language_defaults": [("python", "interpreter", own)] if own else [],
+        # The native module offers the language of scripts that are objects.
+        "plugins": [os.path.abspath(p) for p in [*plugins, *([_native.__file__] if objects else [])]],
         "threads": int(threads),
         "files": None if files is None else os.path.abspath(files),
     }

@@ -78,7 +78,7 @@ class Env(gymnasium.Env):
         render_mode: `"rgb_array"`, or None.
         camera, size: The camera for `render`, by default the scene's first camera; columns and rows of a picture.
         dtype: Type of observations and actions.
-        threads, scripts, allow, plugins, files, quiet: As for `tatu_sim.Batch`.
+        threads, scripts, allow, languages, plugins, files, quiet: As for `tatu_sim.Batch`.
 
     Raises:
         ValueError: The description is invalid. The message states the location, and what was expected.

@@ -62,7 +62,9 @@ pub fn open(setup: &TestSetup<'_>) -> Result<(World, Arc<Registry>), CallError> 
     let file = setup.folder.join(SCENE_FILE);
     sources.add_file(&file, setup.scene.to_vec());
     let options = LoadOptions { sources, ..LoadOptions::default() };
-    let document = document::load(&file, &registry, &options)?;
+    let mut document = document::load(&file, &registry, &options)?;
+    // Like the plugin, the scene is the author's own.
+    document.settings.allow.clone_from(&document.requests.requested_permissions);
     let world = World::new(Arc::new(document), registry.clone())?;
     world.start();
     Ok((world, registry))

@@ -284,7 +284,10 @@ enum tatu_param_flag {
   TATU_PARAM_READ_ONLY = 2,
   TATU_PARAM_OPTIONAL = 4, /* of a command: may be omitted or nil; the command then receives the default, or nil */
   TATU_PARAM_REST = 8,     /* of a command, last parameter only: accepts all remaining arguments */
-  TATU_PARAM_ANY = 16      /* any type; `type` is ignored */
+  TATU_PARAM_ANY = 16,     /* any type; `type` is ignored */
+  TATU_PARAM_PROGRAM = 32  /* of a language, TATU_TEXT: a program, by its name or its path. A relative path with a folder
+                            * is passed as an absolute one: relative to the scene file that states it, otherwise to the
+                            * working folder */
 };
 
 /* Declaration of a parameter (of an instance, model, import or command), of a result of a command, or of a field of an

@@ -89,6 +89,10 @@ typedef struct tatu_language {
    * user's account can: a word of lower-case letters, digits and `_`, which the user grants with `--allow` and scenes
    * request in `[permissions]`. Null or beyond `size`: no permission is needed. */
   const char *permission;
+  /* Settings of the language, such as the interpreter of its scripts: users set them with `--language ID:KEY=VALUE` or in
+   * their own settings, scenes in `[language.ID]`. Each has a default or is optional. tatu_instance.params of each script
+   * has their values. Null or beyond `size`: none. */
+  const tatu_param *const *params;
 } tatu_language;
 
 typedef struct tatu_ext_script {

@@ -614,6 +614,7 @@ pub struct tatu_language {
     pub order: Option<unsafe extern "C" fn(*mut c_void, tatu_str, u32) -> u32>,
     pub place: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_error)>,
     pub permission: *const c_char,
+    pub params: *const *const tatu_param,
 }
 
 #[repr(C)]

@@ -81,6 +81,7 @@ pub const TATU_PARAM_READ_ONLY: u32 = 2;
 pub const TATU_PARAM_OPTIONAL: u32 = 4;
 pub const TATU_PARAM_REST: u32 = 8;
 pub const TATU_PARAM_ANY: u32 = 16;
+pub const TATU_PARAM_PROGRAM: u32 = 32;
 
 #[repr(C)]
 #[derive(Clone, Copy)]

@@ -1,7 +1,7 @@
 -- Referee: reads true poses, which robots do not know. Records the distance that each robot has driven, draws the
 -- paths, and raises an error if a robot does not move although it is driven, or has left its pen.
 
-local ROBOTS = {'lua', 'addon', 'plugin', 'socket', 'zeromq', 'legacy', 'ros', 'jsonl'}
+local ROBOTS = {'lua', 'addon', 'plugin', 'socket', 'zeromq', 'legacy', 'ros', 'jsonl', 'python'}
 local WITHIN = 20.0                 -- s within which a driven robot must move by at least LEAST
 local LEAST = 0.6                   -- m
 local PEN = {1.0, 0.85}             -- m, half the extents of a pen

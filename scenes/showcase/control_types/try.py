@@ -4,7 +4,7 @@ drives more than 1 m; then kills the clients in turn, and checks that its robot 
     pip install -r control_types/requirements.txt
     python3 control_types/try.py [--tatu PATH_OF_TATU]
 
-It runs for half a minute, uses free ports, and ends with "all 8 ways work" or an error.
+It runs for half a minute, uses free ports, and ends with "all 9 ways work" or an error.
 """
 import argparse
 import json
@@ -18,7 +18,7 @@ import sys
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
-INSIDE = ['lua', 'addon', 'plugin']     # robots without a client
+INSIDE = ['lua', 'addon', 'plugin', 'python']     # robots without a client
 CLIENTS = ['socket', 'zeromq', 'legacy', 'ros', 'jsonl']
 SPEED = 2.0             # simulated seconds per second
 LEAST = 1.0             # m that each robot must drive
@@ -93,7 +93,7 @@ def main():
     folders = [str(plugin / 'build'), os.environ.get('TATU_PLUGIN_PATH', '')]
     scene = subprocess.Popen(
         [tatu, 'run', HERE.parent / 'control_types.toml', '--speed', str(SPEED), '--addon', HERE / 'addon.lua',
-         '--allow', f'net=127.0.0.1:{port["socket"]}', '--set', f'/socket.data={{port="{port["socket"]}"}}',
+         '--allow', f'net=127.0.0.1:{port["socket"]},python', '--set', f'/socket.data={{port="{port["socket"]}"}}',
          '--service', f'zmq_remote:port={port["zeromq"]}', '--service', f'legacy_remote:port={port["legacy"]}',
          '--service', f'rosbridge:port={port["ros"]}', '--service', f'jsonl:port={port["jsonl"]}'],
         env=dict(os.environ, TATU_PLUGIN_PATH=os.pathsep.join(f for f in folders if f)))

@@ -227,6 +227,7 @@ static LANGUAGE: SyncTable<tatu_language> = SyncTable(tatu_language {
     order: Some(order),
     place: Some(place),
     permission: null(),
+    params: null(),
 });
 static LANGUAGES: PointerList<tatu_language, 2> = PointerList([&raw const LANGUAGE.0, null()]);
 

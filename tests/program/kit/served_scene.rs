@@ -102,12 +102,12 @@ impl Drop for ServedScene {
 /// Hint that is printed if a package cannot be installed.
 pub const OFFLINE_HINT: &str = "; set TATU_OFFLINE=1 to have the tests that need it ignored";
 
-/// Returns the Python interpreter of a virtual environment that contains a package from PyPI.
+/// Returns the Python interpreter of a virtual environment that contains packages from PyPI, separated by blanks.
 pub fn python(package: &str, module: &str) -> PathBuf {
     static INTERPRETERS: Mutex<BTreeMap<String, PathBuf>> = Mutex::new(BTreeMap::new());
     let mut known = INTERPRETERS.lock().unwrap();
     let found = known.entry(package.to_owned()).or_insert_with(|| {
-        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(package);
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(package.replace(' ', "_"));
         let program = folder.join("bin/python");
         let has = |program: &PathBuf| {
             let done = Command::new(program).args(["-c", &format!("import {module}")]).output();
@@ -116,7 +116,7 @@ pub fn python(package: &str, module: &str) -> PathBuf {
         if !has(&program) {
             let made = Command::new("python3").args(["-m", "venv"]).arg(&folder).output();
             if made.is_ok_and(|o| o.status.success()) {
-                let _ = Command::new(&program).args(["-m", "pip", "install", "-q", package]).output();
+                let _ = Command::new(&program).args(["-m", "pip", "install", "-q"]).args(package.split(' ')).output();
             }
         }
         assert!(has(&program), "{package} cannot be installed from PyPI{OFFLINE_HINT}");

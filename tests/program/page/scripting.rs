@@ -153,3 +153,66 @@ fn a_window_of_a_plugin_is_used() {
     shown.page.until(&format!("{speed} === 0"));
     shown.end();
 }
+
+/// A script in Python with an error in line 8, which is in a function that line 5 calls, and one in a module.
+const PYTHON: &str = "[[object]]
+kind = \"dummy\"
+alias = \"brain\"
+script = { text = '''#python
+# Fails in its first step.
+def sysCall_actuation():
+    sim = require('sim')
+    fail('x')
+
+def fail(key):
+    {}[key]
+''' }
+
+[[object]]
+kind = \"dummy\"
+alias = \"hand\"
+script = \"hand.py\"
+";
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn scripts_in_python_are_highlighted_and_their_errors_marked() {
+    let place = TestFolder::scene(PYTHON);
+    place.write("hand.py", "import helper\n\ndef sysCall_sensing():\n    helper.fail()\n");
+    place.write("helper.py", "def fail():\n\n\n\n\n\n\n    raise ValueError('in the module')\n");
+    let mut shown = ScenePage::of(place, &["open", "scene.toml", "--no-browser", "--allow", "python"]);
+    let open = |shown: &mut ScenePage, alias: &str| {
+        shown.until(&format!("of({alias:?})?.scripts.length === 1"));
+        let row = shown.row(alias);
+        let at = shown.page.middle(&row);
+        shown.page.click_at(at, 2);
+    };
+    let style = |word: &str, key: &str| {
+        format!(
+            "(() => {{ const found = [...document.querySelectorAll('.cm-line span')].find((s) => s.textContent === {word:?}); \
+             return found ? getComputedStyle(found).{key} : ''; }})()"
+        )
+    };
+    let marked =
+        "[...document.querySelectorAll('.cm-line')].find((l) => l.querySelector('.cm-lintRange-error'))?.textContent";
+    open(&mut shown, "brain");
+    shown.page.until(&format!("{} === '600'", style("def", "fontWeight")));
+    shown.page.until(&format!("{} === 'italic'", style("# Fails in its first step.", "fontStyle")));
+    shown.page.click_on("#play");
+    shown.page.until(&format!("{marked} === '    {{}}[key]'"));
+    shown.page.click_on("#stop");
+    open(&mut shown, "hand");
+    shown.page.until(&format!("{} === '600'", style("import", "fontWeight")));
+    shown.page.click_on("#play");
+    shown.page.until(&format!("{marked} === '    helper.fail()'"));
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn the_page_says_which_permission_scripts_in_python_need() {
+    let mut shown = ScenePage::new(PYTHON.replace("script = \"hand.py\"\n", "").as_str());
+    shown.page.click_on("#play");
+    shown.page.until("document.body.textContent.includes('allow them with `--allow python`')");
+    shown.end();
+}

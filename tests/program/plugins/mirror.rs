@@ -113,7 +113,7 @@ mirror! {
     tatu_budget { size, reserved, instructions, memory }
     tatu_language {
         size, flags, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func,
-        knows_dialect, traits, order, place, permission
+        knows_dialect, traits, order, place, permission, params
     }
     tatu_ext_script { size, reserved, languages }
     tatu_service { size, flags, id, text, params, life, barrier, event, resume, events, call_func, last }

@@ -258,3 +258,110 @@ def sysCall_init():
     assert_eq!(first.len(), 1);
     assert_eq!(first, drawn());
 }
+
+/// Creates a link with this path to the interpreter `python3`.
+fn link(path: &std::path::Path) {
+    let found =
+        std::process::Command::new("python3").args(["-c", "import sys; print(sys.executable)"]).output().unwrap();
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::os::unix::fs::symlink(String::from_utf8(found.stdout).unwrap().trim(), path).unwrap();
+}
+
+/// A script that prints its interpreter.
+const WHO: &str = "import sys\ndef sysCall_init(): print('runs', sys.executable)";
+
+#[test]
+fn the_interpreter_is_that_of_the_command_line_then_that_of_the_scene_then_that_of_the_user() {
+    let place = TestFolder::new();
+    let data = place.path().join("data");
+    place.write("scenes/plain.toml", &format!("format = 1\n{}", dummy("a", WHO)));
+    let own = "[language.python]\ninterpreter = \"tools/of_scene\"\n";
+    place.write("scenes/scene.toml", &format!("format = 1\n{own}{}", dummy("a", WHO)));
+    let named = |name: &str| place.path().join(name);
+    place.write("data/tatu/settings.toml", &own.replace("tools/of_scene", named("of_user").to_str().unwrap()));
+    ["of_call", "scenes/tools/of_scene", "of_user", "of_variable"].iter().for_each(|name| link(&named(name)));
+    let runs = |args: &[&str], variables: &[(&str, &str)]| {
+        let args = [&["run"], args, &["--steps", "1", "--allow", "python"]].concat();
+        let done = run(program(), place.path(), &args, variables).good();
+        let said = done.out + &done.err;
+        said.lines().find_map(|l| Some(l.split_once("runs ")?.1.to_owned())).unwrap_or(said)
+    };
+    let variable = named("of_variable");
+    let variable = ("TATU_PYTHON", variable.to_str().unwrap());
+    let settings = ("XDG_DATA_HOME", data.to_str().unwrap());
+    let given = ["scenes/scene.toml", "--language", "python:interpreter=./of_call"];
+    for (args, variables, expected) in [
+        (&given[..], &[variable, settings][..], "of_call"),
+        (&["scenes/scene.toml"], &[variable, settings], "scenes/tools/of_scene"),
+        (&["scenes/plain.toml"], &[variable, settings], "of_user"),
+        (&["scenes/plain.toml"], &[variable], "of_variable"),
+    ] {
+        assert_eq!(runs(args, variables), named(expected).display().to_string(), "{args:?}");
+    }
+    // A saved scene has the settings of its own file only.
+    runs(&[&given[..], &["--save", "scenes/saved.toml"]].concat(), &[]);
+    let saved = place.read("scenes/saved.toml");
+    assert!(saved.contains(own.trim()) && !saved.contains("of_call"), "{saved}");
+    // A replay uses the interpreter of the machine on which it is run.
+    place.tatu(&["run", "scenes/scene.toml", "--steps", "1", "--allow", "python", "--log", "log"]).good();
+    let replayed = ["--replay", "log", "--language", "python:interpreter=./of_call"];
+    assert_eq!(runs(&replayed, &[]), named("of_call").display().to_string());
+}
+
+#[test]
+fn settings_of_languages_are_checked() {
+    let place = TestFolder::scene(&dummy("a", WHO));
+    let refused = |setting: &str, words: &[&str]| {
+        place.tatu(&["run", "scene.toml", "--steps", "1", "--language", setting]).refused(words);
+    };
+    refused("pyton:interpreter=x", &["E101", "there is no script language `pyton`", "did you mean `python`?"]);
+    refused("python:interpretr=x", &["E101", "unknown key `interpretr`", "did you mean `interpreter`?"]);
+    refused("python:memory_mb=much", &["E102", "`memory_mb`", "an integer"]);
+    refused("python", &["E102", "sets nothing"]);
+    let scene = |table: &str| place.write("scene.toml", &format!("format = 1\n{table}\n"));
+    scene("[language.python]\nmemory_mb = -1");
+    place.tatu(&["check", "scene.toml"]).refused(&["E102", "scene.toml:3"]);
+    scene("[language.ruby]");
+    place.tatu(&["check", "scene.toml"]).refused(&["E101", "there is no script language `ruby`", "scene.toml:2"]);
+    let told = place.tatu(&["describe", "python"]).good().out;
+    assert!(told.contains("permission: python") && told.contains("interpreter"), "{told}");
+}
+
+#[test]
+fn a_missing_interpreter_is_named_with_what_to_do() {
+    let place = TestFolder::scene(&dummy("a", WHO));
+    let args = ["run", "scene.toml", "--steps", "1", "--allow", "python", "--language", "python:interpreter=no_such"];
+    let said = place.tatu(&args);
+    let said = said.out + &said.err;
+    for words in ["there is no Python interpreter `no_such`", "`--language python:interpreter=PATH`"] {
+        assert!(said.contains(words), "{said}");
+    }
+    // Without the permission, the program that a scene names is not started.
+    place.write("started", "#!/bin/sh\ntouch was_started\n");
+    let started = place.path().join("started");
+    std::fs::set_permissions(&started, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    let scene = format!("format = 1\n[language.python]\ninterpreter = \"./started\"\n{}", dummy("a", WHO));
+    place.write("scene.toml", &scene);
+    place.tatu(&["run", "scene.toml", "--steps", "1"]).good();
+    assert!(!place.path().join("was_started").exists());
+    place.tatu(&["run", "scene.toml", "--steps", "1", "--allow", "python"]);
+    assert!(place.path().join("was_started").exists());
+}
+
+#[test]
+#[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
+fn the_example_with_opencv_follows_the_ball_and_saves_its_pictures() {
+    let place = TestFolder::new();
+    let python = served_scene::python("opencv-python-headless matplotlib", "cv2, matplotlib.pyplot");
+    let scene = root().join("scenes/first/follow_a_ball.toml").display().to_string();
+    let set = format!("python:interpreter={}", python.display());
+    let done =
+        place.tatu(&["run", &scene, "--seconds", "30", "--allow", "python", "--language", &set, "--strict"]).good();
+    let said = done.out + &done.err;
+    let away = said.lines().find_map(|l| l.split_once("the ball is ")?.1.strip_suffix(" m away")?.parse::<f64>().ok());
+    // The camera is 0.15 m ahead of the robot's centre, and stays 0.7 m away from the ball, which moves.
+    assert!(away.is_some_and(|away| (0.6..1.3).contains(&away)), "{said}");
+    for picture in ["followed.png", "seen.png"] {
+        assert_eq!(std::fs::read(place.path().join(picture)).unwrap()[..4], *b"\x89PNG", "{picture}");
+    }
+}

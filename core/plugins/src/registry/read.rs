@@ -131,6 +131,7 @@ impl Registry {
                 text: raw.text().unwrap_or_default(),
                 suffixes,
                 permission,
+                params: ParameterSpec::read_list(&raw.params()),
                 raw: *raw,
                 life,
             });

@@ -145,6 +145,8 @@ pub struct ScriptLanguage {
     pub suffixes: Vec<String>,
     /// The permission without which its scripts are not loaded.
     pub permission: Option<String>,
+    /// Declared settings, in order; their values are the parameters of each script.
+    pub params: Vec<ParameterSpec>,
     /// Copy of the table that the plugin provides.
     pub raw: tatu_language,
     /// Functions that create, configure, save and destroy instances.

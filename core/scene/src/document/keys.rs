@@ -171,6 +171,14 @@ pub fn check(declared: &ParameterSpec, written: &str, value: Value) -> Result<Va
     })
 }
 
+/// Reads a parameter of `owner`: returns the key without its unit, and the checked value.
+pub fn param(declared: &[ParameterSpec], owner: &str, written: &str, item: &Item) -> Result<(String, Value)> {
+    let declared: Vec<(ParameterSpec, ())> = declared.iter().map(|p| (p.clone(), ())).collect();
+    let (entry, factor) = find(written, &declared, owner)?;
+    let value = check(&entry.0, written, to_value(item, factor)?)?;
+    Ok((entry.0.key.clone(), value))
+}
+
 /// Finds the declaration that a written key refers to, and the factor of its unit.
 pub fn find<'d, T>(
     written: &str,

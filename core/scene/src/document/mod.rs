@@ -10,7 +10,7 @@
 //!   of models; `replacement_pose`: the pose of an object that is replaced;
 //! - `entry`: which table describes which objects; `settings`: settings of the world; `scripts`: scripts in scene
 //!   files;
-//! - `services`: services that a scene requests;
+//! - `services`: services that a scene requests; `languages`: settings of script languages;
 //! - `overrides`: application of `[set]`, `--set` and `--script`; `change`: their parsed form;
 //! - [`SourceFiles`]: the source files of a document.
 
@@ -20,6 +20,7 @@ mod entry;
 mod import;
 mod import_files;
 mod keys;
+mod languages;
 mod live;
 mod names;
 mod overrides;
@@ -51,6 +52,7 @@ use tatu_plugin_api::{
 
 pub use build::DocumentBuilder;
 pub use change::{PropertyOverride, ScriptOverride};
+pub use languages::LanguageOverride;
 pub use live::ObjectAttachments;
 pub use presets::{KeyTarget, PresetSetting, settings as preset_settings};
 pub use reach::{AllowedFile, AllowedFolders};
@@ -261,11 +263,26 @@ pub(crate) struct GroupNumbers {
     group_suffixes: BTreeMap<usize, i32>,
 }
 
+/// A setting of a script language.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LanguageSetting {
+    /// Index of the language in the registry.
+    pub language: usize,
+    /// Key of the parameter.
+    pub key: String,
+    /// Value of the parameter.
+    pub value: Value,
+    /// Whether the scene's file states it.
+    pub is_of_scene: bool,
+}
+
 /// The requests of a document to the program that runs it.
 #[derive(Debug, Clone, Default)]
 pub struct RunRequests {
     /// Services to start alongside the world.
     pub services: Vec<ServiceSpec>,
+    /// Settings of script languages; later ones take precedence over earlier ones.
+    pub languages: Vec<LanguageSetting>,
     /// Permissions that the scene requests, in the form of `--allow`; only the user who runs it can grant them.
     pub requested_permissions: Vec<String>,
     /// The table `[env]` of the scene file, as TOML: the observations and actions of a learning environment. The core

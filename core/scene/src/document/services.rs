@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, path::Path};
 
 use tatu_errors::{Error, Result, SourceLocation};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::{ParameterSpec, Registry, check_value};
+use tatu_plugins::Registry;
 use toml_edit::{Item, TableLike};
 
 use super::{
@@ -26,54 +26,85 @@ impl ServiceOverride {
     }
     /// Parses an override. A value is parsed as TOML; a value that is not valid TOML is taken as a string.
     pub fn parse(text: &str) -> Result<Self> {
-        let (id, rest) = text.split_once(':').unwrap_or((text, ""));
-        let mut params = Vec::new();
-        for part in rest.split(',').filter(|p| !p.trim().is_empty()) {
-            let Some((key, value)) = part.split_once('=').filter(|(k, _)| !k.trim().is_empty()) else {
-                return Err(Error::new("E102", format!("`{part}` in `{text}` is not of the form KEY=VALUE"))
-                    .expected("ID:KEY=VALUE,KEY=VALUE")
-                    .help("for instance `jsonl:port=7000`"));
-            };
-            let value = value
-                .trim()
-                .parse::<toml_edit::Value>()
-                .map(Item::Value)
-                .unwrap_or_else(|_| Item::Value(toml_edit::Value::from(value)));
-            params.push((key.trim().to_owned(), value));
-        }
-        Ok(ServiceOverride { id: id.trim().to_owned(), params })
+        let (id, params) = assignments(text).map_err(|e| e.help("for instance `jsonl:port=7000`"))?;
+        Ok(ServiceOverride { id, params })
     }
 }
 
-/// The user's own settings: defaults for parameters of services, such as ports and devices of the user's machine. They
-/// do not affect the results of a simulation.
+/// Parses `ID` or `ID:KEY=VALUE,KEY=VALUE`. A value is parsed as TOML; a value that is not valid TOML is taken as a string.
+pub(super) fn assignments(text: &str) -> Result<(String, Vec<(String, Item)>)> {
+    let (id, rest) = text.split_once(':').unwrap_or((text, ""));
+    let mut params = Vec::new();
+    for part in rest.split(',').filter(|p| !p.trim().is_empty()) {
+        let Some((key, value)) = part.split_once('=').filter(|(k, _)| !k.trim().is_empty()) else {
+            return Err(Error::new("E102", format!("`{part}` in `{text}` is not of the form KEY=VALUE"))
+                .expected("ID:KEY=VALUE,KEY=VALUE"));
+        };
+        let value = value
+            .trim()
+            .parse::<toml_edit::Value>()
+            .map(Item::Value)
+            .unwrap_or_else(|_| Item::Value(toml_edit::Value::from(value)));
+        params.push((key.trim().to_owned(), value));
+    }
+    Ok((id.trim().to_owned(), params))
+}
+
+/// Parameters by id of a service or language: the key and TOML value as written, and their source location.
+type ParamsById = BTreeMap<String, Vec<(String, Item, Option<SourceLocation>)>>;
+
+/// The user's own settings: defaults for parameters of services and script languages, such as ports, devices and
+/// programs of the user's machine.
 #[derive(Debug, Clone, Default)]
 pub struct UserSettings {
-    /// Parameters by id of the service: the key and TOML value as written, and their source location.
-    services: BTreeMap<String, Vec<(String, Item, SourceLocation)>>,
+    services: ParamsById,
+    languages: ParamsById,
 }
 
 impl UserSettings {
-    /// Parses the text of a settings file, which has a table `[service.ID]` for each service.
+    /// Adds a default for a parameter of a language, unless there is one already.
+    pub fn add_language_default(&mut self, id: &str, key: &str, text: &str) {
+        let params = self.languages.entry(id.to_owned()).or_default();
+        if params.iter().all(|(k, ..)| k != key) {
+            params.push((key.to_owned(), Item::Value(text.into()), None));
+        }
+    }
+
+    /// Returns the settings of languages: id, key, value and source location.
+    pub(super) fn of_languages(&self) -> impl Iterator<Item = (&str, &str, &Item, Option<&SourceLocation>)> {
+        let all = self.languages.iter().flat_map(|(id, params)| params.iter().map(move |param| (id, param)));
+        all.map(|(id, (key, item, place))| (id.as_str(), key.as_str(), item, place.as_ref()))
+    }
+
+    /// Parses the text of a settings file, which has a table `[service.ID]` for each service and a table `[language.ID]`
+    /// for each script language.
     pub fn parse(file: &Path, text: &str) -> Result<Self> {
         let reader = SourceText::new(file, text);
         let document = toml_edit::Document::parse(text).map_err(|e| {
             Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(reader.place(e.span())))
         })?;
-        let mut services = BTreeMap::new();
+        let mut settings = UserSettings::default();
         for (key, item) in document.iter() {
-            let wrong = |text: String| Error::new("E101", text).expected("[service.ID] with parameters of the service");
-            let table = item.as_table_like().filter(|_| key == "service");
-            let table = table.ok_or_else(|| wrong(format!("unknown key `{key}` in the user's settings")));
-            for (id, item) in table.map_err(|e| e.at(Some(reader.key(document.as_table(), key))))?.iter() {
+            let wrong =
+                |text: String| Error::new("E101", text).expected("[service.ID] or [language.ID], with parameters");
+            let of_kind = match key {
+                "service" => Some(&mut settings.services),
+                "language" => Some(&mut settings.languages),
+                _ => None,
+            };
+            let Some((table, of_kind)) = item.as_table_like().zip(of_kind) else {
+                let place = reader.key(document.as_table(), key);
+                return Err(wrong(format!("unknown key `{key}` in the user's settings")).at(Some(place)));
+            };
+            for (id, item) in table.iter() {
                 let Some(params) = item.as_table_like() else {
-                    return Err(wrong(format!("`service.{id}` is not a table")).at(Some(reader.place(item.span()))));
+                    return Err(wrong(format!("`{key}.{id}` is not a table")).at(Some(reader.place(item.span()))));
                 };
-                let params = params.iter().map(|(k, v)| (k.to_owned(), v.clone(), reader.key(params, k))).collect();
-                services.insert(id.to_owned(), params);
+                let param = |(k, v): (&str, &Item)| (k.to_owned(), v.clone(), Some(reader.key(params, k)));
+                of_kind.insert(id.to_owned(), params.iter().map(param).collect());
             }
         }
-        Ok(UserSettings { services })
+        Ok(settings)
     }
 }
 
@@ -82,7 +113,7 @@ pub(super) fn apply_user_settings(document: &mut Document, registry: &Registry, 
     for spec in &mut document.requests.services {
         let id = &registry.services[spec.kind].id;
         for (key, item, place) in settings.services.get(id).into_iter().flatten() {
-            let found = read_param(registry, spec.kind, key, item).map_err(|e| e.at(Some(place.clone())))?;
+            let found = read_param(registry, spec.kind, key, item).map_err(|e| e.at(place.clone()))?;
             if spec.params.iter().all(|(k, _)| *k != found.0) {
                 spec.params.push(found);
             }
@@ -142,9 +173,5 @@ pub(super) fn apply(document: &mut Document, registry: &Registry, given: &[Servi
 
 fn read_param(registry: &Registry, kind: usize, key: &str, item: &Item) -> Result<(String, Value)> {
     let info = &registry.services[kind];
-    let declared: Vec<(ParameterSpec, ())> = info.params.iter().map(|p| (p.clone(), ())).collect();
-    let (entry, factor) = keys::find(key, &declared, &format!("the service `{}`", info.id))?;
-    let value = keys::to_value(item, factor)?;
-    let value = check_value(&entry.0, value).map_err(|e| Error::new("E102", format!("`{key}`: {e}")))?;
-    Ok((entry.0.key.clone(), value))
+    keys::param(&info.params, &format!("the service `{}`", info.id), key, item)
 }

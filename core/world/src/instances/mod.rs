@@ -39,7 +39,7 @@ pub(crate) struct NewInstance {
 }
 
 /// Converts values to ABI form; also returns the memory of their spans.
-fn to_raw_values(params: &[Value]) -> (Vec<tatu_value>, Owned) {
+pub(crate) fn to_raw_values(params: &[Value]) -> (Vec<tatu_value>, Owned) {
     let mut owned = Owned::default();
     (params.iter().map(|p| owned.raw(p)).collect(), owned)
 }

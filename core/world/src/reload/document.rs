@@ -126,6 +126,9 @@ impl World {
         {
             restart.push("services were changed".into());
         }
+        if old.requests.languages != new.requests.languages {
+            restart.push("settings of script languages were changed".into());
+        }
         if !restart.is_empty() {
             let more = restart.len().saturating_sub(5);
             restart.truncate(5);

@@ -15,6 +15,7 @@ use super::enter;
 use crate::{
     calls::{call_command, clone_error, read_error},
     cell::{CALLBACKS, Callback, Caller, ExitRequest, Script, ScriptKind, ScriptOrder, WaitOwner, WorldCell},
+    instances::to_raw_values,
 };
 
 impl Script {
@@ -70,7 +71,14 @@ impl Script {
             (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
         };
         let state = StateBlock::new(language.life.state_bytes);
-        let info = tatu_instance { state: state.data_ptr(), ..world.instance_info_with_id(owner, &key, number) };
+        let values = world.model.document.language_params(&world.model.registry, self.language);
+        let (params, _room) = to_raw_values(&values);
+        let info = tatu_instance {
+            n_params: params.len() as u32,
+            params: params.as_ptr(),
+            state: state.data_ptr(),
+            ..world.instance_info_with_id(owner, &key, number)
+        };
         self.instance.id.set(info.id);
         self.instance.state.replace(state);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());

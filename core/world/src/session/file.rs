@@ -141,6 +141,8 @@ impl InputLogHeader {
             set: self.set.iter().map(|s| PropertyOverride::parse(s)).collect::<Result<_>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_>>()?,
             services: Vec::new(),
+            // Programs are those of the machine that replays the log.
+            languages: Vec::new(),
             describe: false,
             sources: SourceFiles::of(files),
             reach: None,

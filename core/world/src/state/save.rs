@@ -19,6 +19,7 @@ pub(crate) fn document_of(cell: &WorldCell, base: u32) -> Document {
     let mut document = Document::of_scene(&cell.state.scene.borrow(), base, settings, &beside);
     if base == 0 {
         document.requests.services.clone_from(&cell.model.document.requests.services);
+        document.requests.languages.clone_from(&cell.model.document.requests.languages);
         document.requests.env.clone_from(&cell.model.document.requests.env);
     }
     document

@@ -138,6 +138,7 @@ pub(super) fn write_separately(cell: &WorldCell, state: &Memento, target: &Path)
     let beside = ObjectAttachments { device: &|slot| parts.device(slot), scripts: &|slot| parts.scripts(slot) };
     let mut document = Document::of_scene(&state.scene, 0, settings, &beside);
     document.requests.services = own_services(cell);
+    document.requests.languages.clone_from(&cell.model.document.requests.languages);
     let written = document::write(&document, &cell.model.registry, &folder_beside(target))?;
     let files = written.files.iter().cloned().collect();
     let document = read(cell, target, &written.text, &files)?;

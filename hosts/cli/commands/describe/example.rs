@@ -55,8 +55,12 @@ pub fn importer(suffix: &str, params: &[ParameterSpec]) -> String {
 }
 
 /// Returns an example of a script in a language.
-pub fn script(id: &str) -> String {
-    format!("[[object]]\nkind = \"dummy\"\nscript = {{ language = {}, text = \"\" }}\n", quoted(id))
+pub fn script(id: &str, params: &[ParameterSpec]) -> String {
+    let object = format!("[[object]]\nkind = \"dummy\"\nscript = {{ language = {}, text = \"\" }}\n", quoted(id));
+    match params {
+        [] => object,
+        _ => format!("{object}\n[language.{id}]\n{}", lines(params)),
+    }
 }
 
 /// Returns a line for each parameter with its default; a required parameter gets a valid value. An optional parameter

@@ -88,7 +88,8 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
     for l in r.scripting.languages.iter().filter(|l| l.id == id) {
         out.push(json!({
             "what": "script language", "id": l.id, "plugin": plugin(l.plugin), "text": l.text, "suffixes": l.suffixes,
-            "example": example::script(&l.id),
+            "permission": l.permission, "parameters": parameters(&l.params, true),
+            "example": example::script(&l.id, &l.params),
         }));
     }
     for s in schemas::all_schemas().iter().filter(|s| s.id == id) {

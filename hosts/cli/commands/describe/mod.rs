@@ -101,7 +101,7 @@ fn print(fact: &Value) {
     for line in [text("text"), text("frame")].iter().filter(|t| !t.is_empty()) {
         report::out!("  {line}");
     }
-    for key in ["version", "category", "licence", "abi", "path", "file", "grade", "no_wait"] {
+    for key in ["version", "category", "licence", "abi", "path", "file", "grade", "no_wait", "permission"] {
         if let Some(t) = fact[key].as_str().filter(|t| !t.is_empty()) {
             report::out!("  {}: {t}", key.replace('_', " "));
         }

@@ -114,6 +114,8 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
         // A replay repeats what came from outside, but runs the scripts of every language again.
         let needed = registry.scripting.languages.iter().filter_map(|l| l.permission.clone());
         options.allow = needed.filter(|word| args.changes.allow.contains(word)).collect();
+        let here = args.changes.options(&[])?;
+        (options.languages, options.user_settings) = (here.languages, here.user_settings);
     }
     let document = super::load(scene, &options, &registry)?;
     let snapshots = SnapshotRequests::parse(&args.snapshots.snapshot_at)?;

@@ -15,7 +15,7 @@ use clap::ValueEnum;
 use serde_json::{Value, json};
 use tatu_core::{
     OptionalObject, StandIn, World,
-    document::{LoadOptions, PropertyOverride, SCRIPT_KINDS, ServiceOverride, SourceFiles},
+    document::{LanguageOverride, LoadOptions, PropertyOverride, SCRIPT_KINDS, ServiceOverride, SourceFiles},
     errors::{Error, Fault, FaultKind},
     plugins::Registry,
     scene::ObjectKind,
@@ -43,6 +43,7 @@ pub fn options(args: &RunArgs) -> Result<LoadOptions, Error> {
         seed: c.seed,
         set: c.set.iter().map(|s| PropertyOverride::parse(s)).collect::<Result<_, _>>()?,
         services: args.services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
+        languages: c.languages.iter().map(|s| LanguageOverride::parse(s)).collect::<Result<_, _>>()?,
         user_settings: search::user_settings()?,
         ..Default::default()
     })

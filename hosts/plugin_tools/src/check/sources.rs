@@ -153,10 +153,16 @@ pub fn languages(file: &Path) -> Result<(), Error> {
         let valid = samples::scripts(&subject, l);
         if valid.is_empty() {
             let suffixes = l.suffixes.join(" or ");
-            let text = format!(
-                "only malformed scripts were loaded, because no script was found: put one with the suffix {suffixes} in \
-                 the plugin's project or beside its library"
-            );
+            let text = match &l.permission {
+                None => format!(
+                    "only malformed scripts were loaded, because no script was found: put one with the suffix {suffixes} \
+                     in the plugin's project or beside its library"
+                ),
+                Some(word) => format!(
+                    "only malformed scripts were loaded, because none that this test composed was run; it takes none from \
+                     files, since damaged copies of scripts with the permission `{word}` could do any harm"
+                ),
+            };
             untested(&place, text);
         }
         for sample in valid {

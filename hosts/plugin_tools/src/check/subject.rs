@@ -120,7 +120,10 @@ impl TestedPlugin {
             let cannot = |e: std::io::Error| Error::new("E105", format!("cannot write the scene of a test: {e}"));
             std::fs::write(self.folder.path().join(name), bytes).map_err(cannot)?;
         }
-        document::load(&file, &self.registry, &LoadOptions::default()).map(Arc::new)
+        // The texts of scripts are those of this program, so the languages of the plugin may run them.
+        let own = self.registry.scripting.languages.iter().filter(|l| l.plugin == self.plugin);
+        let allow = own.filter_map(|l| l.permission.clone()).collect();
+        document::load(&file, &self.registry, &LoadOptions { allow, ..LoadOptions::default() }).map(Arc::new)
     }
 
     /// Creates a world from such a document, with a separate folder for files.

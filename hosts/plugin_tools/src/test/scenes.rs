@@ -33,6 +33,9 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut TestRe
         let mut command =
             command.map_err(|e| Error::new("E621", format!("the path of this program is unknown: {e}")))?;
         command.arg("run").arg(&scene).arg("--strict").arg("--steps").arg(steps(&text).to_string());
+        for permission in permissions(&text) {
+            command.arg("--allow").arg(permission);
+        }
         let ended = process::run(command.current_dir(folder).env("TATU_PLUGIN_PATH", &path), limit)?;
         let why = process::abnormal_end(&ended, limit).or_else(|| match ended.status.and_then(|s| s.code()) {
             // The summary must be present, since a plugin may end the process with exit code 0.
@@ -52,9 +55,26 @@ fn steps(text: &str) -> u64 {
     text.lines().find_map(comment).unwrap_or(DEFAULT_STEPS)
 }
 
+/// Returns the permissions that a scene requests, which it gets: like the plugin, it is the author's own.
+fn permissions(text: &str) -> Vec<String> {
+    // A file that cannot be read is reported by the run.
+    let Ok(scene) = text.parse::<toml_edit::DocumentMut>() else { return Vec::new() };
+    let Some(requested) = scene.get("permissions").and_then(toml_edit::Item::as_table_like) else { return Vec::new() };
+    let words = requested.iter().filter(|(_, item)| item.as_bool() == Some(true)).map(|(word, _)| word.to_owned());
+    let places = requested.get("net").and_then(toml_edit::Item::as_array).into_iter().flatten();
+    words.chain(places.filter_map(|place| Some(format!("net={}", place.as_str()?)))).collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::steps;
+    use super::{permissions, steps};
+
+    #[test]
+    fn requested_permissions_are_those_of_the_command_line() {
+        let scene = "format = 1\n[permissions]\nexec = true\nnative = false\nnet = [\"127.0.0.1:*\"]\n";
+        assert_eq!(permissions(scene), ["exec", "net=127.0.0.1:*"]);
+        assert_eq!(permissions("format = "), [""; 0]);
+    }
 
     #[test]
     fn step_count_is_read_from_scene_comment() {

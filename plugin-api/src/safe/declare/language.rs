@@ -2,19 +2,19 @@
 
 use std::{
     ffi::{CString, c_char, c_void},
-    sync::Mutex,
+    sync::{Arc, Mutex},
 };
 
 use crate::abi::*;
 use crate::safe::{
-    Fail, Host, Instance, Plugin, Result, ValueRef, World,
+    Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, World,
     call::frame::CallFrame,
     declare::plugin::StartedPlugin,
     entry::{
         life::{self, InstanceInfo, InstanceLife},
         panics,
     },
-    value::{fail::bytes_of, table_arena::TableArena},
+    value::{fail::bytes_of, list_cache::cached_list, table_arena::TableArena},
 };
 
 /// Limits for one call to a script; 0 means no limit.
@@ -87,6 +87,16 @@ pub trait Language: Sized + 'static {
     /// Creates the state of a script, without its source. Storing the world for later calls requires `unsafe`; see
     /// [`World::new`].
     fn create(world: &World<'_>, instance: Instance) -> Result<Self>;
+    /// Declares the settings of the language, such as the interpreter of its scripts. Users set them with `--language
+    /// ID:KEY=VALUE`, scenes in `[language.ID]`.
+    fn params() -> Vec<Param> {
+        Vec::new()
+    }
+    /// Receives the values of [`params`](Self::params), once, before [`load`](Self::load).
+    fn configure(&mut self, params: &Params<'_>) -> Result {
+        let _ = params;
+        Ok(())
+    }
     /// Loads the source, whose name in messages is `chunk`. If `dialect` is empty, it is determined from the source.
     /// Returns the dialect in use.
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String>;
@@ -153,12 +163,20 @@ struct ScriptInstance<L> {
     dialect: Mutex<CString>,
 }
 
+/// The key of the cached list of a language's parameters.
+struct LanguageParams<L>(L);
+
+fn params_of<L: Language>() -> Arc<[Param]> {
+    cached_list::<LanguageParams<L>, _>(L::params)
+}
+
 impl<L: Language> InstanceLife for ScriptInstance<L> {
     type Plugin = L::Plugin;
     const STATE_VERSION: u32 = L::STATE_VERSION;
 
     fn create(started: &StartedPlugin<L::Plugin>, info: &InstanceInfo<'_>) -> Result<Self> {
-        let language = L::create(&info.world, info.instance)?;
+        let mut language = L::create(&info.world, info.instance)?;
+        language.configure(&Params::new(info.params, &params_of::<L>()))?;
         Ok(ScriptInstance { language, host: started.host, dialect: Mutex::default() })
     }
     fn save(&self) -> Result<Vec<u8>> {
@@ -180,6 +198,7 @@ unsafe fn with_script<L: Language, T: Default>(data: *mut c_void, ask: impl FnOn
 }
 
 pub(crate) fn table<L: Language>(keep: &mut TableArena, flags: u32) -> *const tatu_language {
+    let params: Vec<_> = params_of::<L>().iter().map(|p| p.to_table(keep)).collect();
     let raw = tatu_language {
         size: size_of::<tatu_language>() as u32,
         flags,
@@ -199,6 +218,7 @@ pub(crate) fn table<L: Language>(keep: &mut TableArena, flags: u32) -> *const ta
         order: Some(order::<L>),
         place: Some(place::<L>),
         permission: L::PERMISSION.map_or(std::ptr::null(), |word| keep.text(word)),
+        params: if params.is_empty() { std::ptr::null() } else { keep.list(params) },
     };
     keep.table(raw)
 }

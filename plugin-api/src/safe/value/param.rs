@@ -130,6 +130,12 @@ impl Param {
         self.flags |= TATU_PARAM_REST | TATU_PARAM_OPTIONAL;
         self
     }
+    /// Declares that the text names a program, as a setting of a script language: a relative path with a folder reaches
+    /// the plugin as an absolute path, relative to the scene file that states it, otherwise to the working folder.
+    pub fn program(mut self) -> Self {
+        self.flags |= TATU_PARAM_PROGRAM;
+        self
+    }
     /// Makes the host recreate the instance when the parameter changes.
     pub fn rebuilds(mut self) -> Self {
         self.flags |= TATU_PARAM_REBUILDS;

@@ -24,12 +24,12 @@ def failure(error):
         text = str(error)
     elif isinstance(error, MemoryError):
         text, code = "the script has used up its memory", MEMORY_ERROR
-        help = "set the environment variable TATU_PYTHON_MEMORY_MB to allow it more"
+        help = "allow it more with `--language python:memory_mb=4096`"
     elif isinstance(error, SyntaxError) and error.lineno and not frames:
         text = "%s: %s" % (type(error).__name__, error.msg)
         frames = [(error.filename or "", error.lineno, "", (error.text or "").strip())]
     elif isinstance(error, ModuleNotFoundError):
-        help = "install it for the interpreter that runs scripts, or choose another one with TATU_PYTHON"
+        help = "install it for the interpreter that runs scripts, or choose another one with `--language python:interpreter=PATH`"
     file, line = position(frames)
     lines = []
     for file_name, number, function, source in frames:

@@ -38,7 +38,7 @@ class Source:
         for name in ("additionalPaths", "additionalIncludePaths", "additionalPythonPath"):
             self.paths += re.findall(r"""["']([^"']+)["']""", self.settings.pop(name, ""))
         if "pythonExecutable" in self.settings:
-            self.problems.append("`pythonExecutable` has no effect: set the environment variable TATU_PYTHON")
+            self.problems.append("`pythonExecutable` has no effect: use `--language python:interpreter=PATH`")
         if unknown:
             self.problems.append("the Lua code in `luaExec` is not run: " + unknown[0])
 

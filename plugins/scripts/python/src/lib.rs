@@ -24,6 +24,7 @@ mod wire;
 
 use tatu_plugin_api::{abi::*, safe::*};
 
+use process::{MAX_MEMORY_MB, Settings};
 use script::{PERMISSION, PythonScript};
 
 /// The plugin, which has no data; every script is an instance of the language.
@@ -47,6 +48,24 @@ impl Language for PythonScript {
 
     fn create(world: &World<'_>, instance: Instance) -> Result<Self> {
         PythonScript::new(world, instance)
+    }
+    fn params() -> Vec<Param> {
+        vec![
+            Param::string("interpreter").program().optional().text(
+                "The Python interpreter, by its path or its name in PATH; otherwise TATU_PYTHON, `.venv/bin/python` beside \
+                 the scene, the active virtual environment, or `python3`.",
+            ),
+            Param::int("memory_mb").range(0.0, MAX_MEMORY_MB as f64).optional().text(
+                "Limit of the data of each script's process, MB; 0: none; otherwise TATU_PYTHON_MEMORY_MB, or 2048.",
+            ),
+        ]
+    }
+    fn configure(&mut self, params: &Params<'_>) -> Result {
+        self.settings = Settings {
+            interpreter: params.get("interpreter")?.as_str().map(|path| path.into_owned().into()),
+            memory_mb: params.get("memory_mb")?.as_i64().and_then(|mb| mb.try_into().ok()),
+        };
+        Ok(())
     }
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
         load::load(self, text, chunk, dialect)

@@ -40,7 +40,7 @@ pub(crate) fn load(script: &PythonScript, text: &[u8], chunk: &str, dialect: &st
             .help("if you trust the scene, allow its scripts with `--allow python`"));
     }
     let folder = script.scene_folder();
-    let mut child = Child::start(folder.as_deref(), script.instance.seed)?;
+    let mut child = Child::start(&script.settings, folder.as_deref(), script.instance.seed)?;
     child.channel.queue(&runtime());
     *script.child.borrow_mut() = Some(child);
     *script.source.borrow_mut() = Source { text: text.to_vec(), ..Source::default() };

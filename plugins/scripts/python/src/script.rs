@@ -10,7 +10,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 use crate::{
     host::CommandService,
     message::{self, to},
-    process::Child,
+    process::{Child, Settings},
 };
 
 /// The permission that scripts need.
@@ -21,6 +21,7 @@ pub(crate) struct PythonScript {
     world: *mut tatu_world,
     host: Host,
     pub instance: Instance,
+    pub settings: Settings,
     pub commands: CommandService,
     /// The process, from `load` until the script ends or fails beyond repair.
     pub child: RefCell<Option<Child>>,
@@ -74,6 +75,7 @@ impl PythonScript {
             world: world.raw().ptr(),
             host: *host,
             instance,
+            settings: Settings::default(),
             commands,
             child: RefCell::default(),
             lost: RefCell::default(),

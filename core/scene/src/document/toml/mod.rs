@@ -40,7 +40,9 @@ use super::{
     BuildReport, Document, DocumentBuilder, ReadProgress,
     change::{IMPORTED_FILE, PropertyOverride, ScriptOverride},
     entry::SceneEntry,
-    import, keys, overrides,
+    import, keys,
+    languages::{self, LanguageOverride},
+    overrides,
     reach::{AllowedFile, AllowedFolders},
     services::{self, ServiceOverride, UserSettings},
     sources::SourceFiles,
@@ -60,7 +62,9 @@ pub struct LoadOptions {
     pub scripts: Vec<ScriptOverride>,
     /// `--service`: services to add, or whose parameters are overridden.
     pub services: Vec<ServiceOverride>,
-    /// The user's own defaults for parameters of services.
+    /// `--language`: settings of script languages.
+    pub languages: Vec<LanguageOverride>,
+    /// The user's own defaults for parameters of services and script languages.
     pub user_settings: UserSettings,
     /// `--allow`: permissions of scripts to access resources outside the run: "exec" (other programs), "native"
     /// (libraries), "net=HOST:PORT" (sockets), and those that script languages need.
@@ -133,6 +137,8 @@ pub fn load(file: &Path, registry: &Registry, options: &LoadOptions) -> Result<D
                 overrides::replace_scripts(&mut document, registry, &options.scripts, &reach)?;
                 services::apply(&mut document, registry, &options.services)?;
                 services::apply_user_settings(&mut document, registry, &options.user_settings)?;
+                languages::apply(&mut document, registry, &options.languages)?;
+                languages::apply_user_settings(&mut document, registry, &options.user_settings)?;
                 document.check()?;
                 return Ok(document);
             }
@@ -285,8 +291,19 @@ impl<'a> SceneFileReader<'a> {
             error.at(Some(self.text.place(e.span())))
         })?;
         let root = doc.as_table();
-        const KNOWN_KEYS: &[&str] =
-            &["format", "scene", "env", "providers", "permissions", "service", "model", "import", "object", "set"];
+        const KNOWN_KEYS: &[&str] = &[
+            "format",
+            "scene",
+            "env",
+            "providers",
+            "permissions",
+            "service",
+            "language",
+            "model",
+            "import",
+            "object",
+            "set",
+        ];
         for (key, _) in root.iter() {
             if !KNOWN_KEYS.contains(&key) {
                 return Err(Error::new("E101", format!("unknown key `{key}`"))
@@ -357,6 +374,9 @@ impl<'a> SceneFileReader<'a> {
         }
         if let Some(set) = self.table(root, "set")? {
             self.read_overrides(b, set, parent)?;
+        }
+        if let Some(table) = self.table(root, "language")?.filter(|_| top) {
+            languages::read(&self.text, self.registry, table, &mut b.document.requests.languages)?;
         }
         // Services belong to the scene itself, not to scenes used as models.
         for table in self.list(root, "service")?.into_iter().flatten().filter(|_| top) {

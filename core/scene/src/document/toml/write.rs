@@ -51,6 +51,7 @@ pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<S
     writer.out.text = "format = 1\n".into();
     writer.world();
     writer.services();
+    writer.languages();
     if let Some(env) = &document.requests.env {
         writer.out.text.push('\n');
         writer.out.text += env.trim();
@@ -186,6 +187,24 @@ impl<'a> SceneFileWriter<'a> {
                 match line(key, declared.unit.as_deref(), value) {
                     Some(line) => self.put(&line),
                     None => self.out.left_out.push(format!("{}: {key}", kind.id)),
+                }
+            }
+        }
+    }
+
+    /// Writes the settings of languages that the scene's own file states.
+    fn languages(&mut self) {
+        for (index, language) in self.registry.scripting.languages.iter().enumerate() {
+            let own = self.document.requests.languages.iter().filter(|s| s.language == index && s.is_of_scene);
+            let own: Vec<_> = own.collect();
+            if !own.is_empty() {
+                self.put(&format!("\n[language.{}]", language.id));
+            }
+            for setting in own {
+                let unit = language.params.iter().find(|p| p.key == setting.key).and_then(|p| p.unit.as_deref());
+                match line(&setting.key, unit, &setting.value) {
+                    Some(line) => self.put(&line),
+                    None => self.out.left_out.push(format!("{}: {}", language.id, setting.key)),
                 }
             }
         }

@@ -216,9 +216,13 @@ impl Connections {
         }
         let text = |key: &str, value: &str| (Value::text(key), Value::text(value));
         let mut payload = vec![text("code", fault.code), text("message", &fault.message)];
-        for (key, value) in
-            [("plugin", &fault.plugin), ("script", &fault.script), ("object", &fault.object), ("file", &fault.file)]
-        {
+        for (key, value) in [
+            ("plugin", &fault.plugin),
+            ("script", &fault.script),
+            ("object", &fault.object),
+            ("file", &fault.file),
+            ("traceback", &fault.traceback),
+        ] {
             payload.extend(value.as_ref().map(|v| text(key, v)));
         }
         payload.extend(fault.line.map(|l| (Value::text("line"), Value::Int(l as i64))));

@@ -3,7 +3,7 @@
 use std::{
     io,
     os::{fd::OwnedFd, unix::process::CommandExt},
-    path::Path,
+    path::{Path, PathBuf},
     process::{self, Command, ExitStatus},
     time::{Duration, Instant},
 };
@@ -15,11 +15,21 @@ use super::{Channel, interpreter};
 /// Reads the runtime from the pipe and runs it.
 const BOOT: &str = include_str!("../../runtime/boot.py");
 /// How long a process may take to end by itself.
-const FAREWELL: Duration = Duration::from_millis(300);
+const FAREWELL: Duration = Duration::from_secs(2);
 /// Default limit of the memory of a process, MiB.
 const MEMORY_MB: u64 = 2048;
+/// The largest limit that can be set, MiB.
+pub(crate) const MAX_MEMORY_MB: u64 = 1 << 30;
 /// The environment variable that sets another limit, MiB; 0: none.
 const MEMORY_VARIABLE: &str = "TATU_PYTHON_MEMORY_MB";
+
+/// Settings of the language, where the user or the scene has set them.
+#[derive(Default)]
+pub(crate) struct Settings {
+    pub interpreter: Option<PathBuf>,
+    /// Limit of the memory of the process, MiB; 0: none.
+    pub memory_mb: Option<u64>,
+}
 
 /// The running process of a script. When this is dropped, the process is asked to end, and then killed.
 pub(crate) struct Child {
@@ -29,11 +39,11 @@ pub(crate) struct Child {
 
 impl Child {
     /// Starts an interpreter that runs the runtime. `seed` determines the order of sets.
-    pub fn start(scene_folder: Option<&Path>, seed: u64) -> Result<Self> {
-        let program = interpreter::choose(scene_folder)?;
+    pub fn start(settings: &Settings, scene_folder: Option<&Path>, seed: u64) -> Result<Self> {
+        let program = interpreter::choose(settings.interpreter.as_deref(), scene_folder)?;
         let failed = |e: io::Error| {
             Fail::new(format!("the Python interpreter `{}` cannot be started: {e}", program.display()))
-                .help("set the environment variable TATU_PYTHON to the path of a Python interpreter")
+                .help(interpreter::HOW_TO_SET)
         };
         let (their_input, input) = io::pipe().map_err(failed)?;
         let (messages, their_messages) = io::pipe().map_err(failed)?;
@@ -42,7 +52,7 @@ impl Child {
         // Everything that would have to be done between fork and exec is done by the runtime, because a process with
         // threads must not fork. The runtime moves the pipes of messages from standard input and output elsewhere.
         command
-            .args(["-c", BOOT, &process::id().to_string(), &memory_limit().to_string()])
+            .args(["-c", BOOT, &process::id().to_string(), &memory_limit(settings).to_string()])
             .stdin(their_input)
             .stdout(their_messages)
             .stderr(their_output)
@@ -115,7 +125,7 @@ fn describe(status: ExitStatus) -> String {
 }
 
 /// Returns the limit of the memory of a process, bytes; 0: none.
-fn memory_limit() -> u64 {
-    let set = std::env::var(MEMORY_VARIABLE).ok().and_then(|text| text.trim().parse().ok());
-    set.unwrap_or(MEMORY_MB).min(1 << 30) << 20
+fn memory_limit(settings: &Settings) -> u64 {
+    let of_variable = || std::env::var(MEMORY_VARIABLE).ok().and_then(|text| text.trim().parse().ok());
+    settings.memory_mb.or_else(of_variable).unwrap_or(MEMORY_MB).min(MAX_MEMORY_MB) << 20
 }

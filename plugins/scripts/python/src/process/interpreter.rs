@@ -15,21 +15,25 @@ const VARIABLE: &str = "TATU_PYTHON";
 /// The folder of a virtual environment beside the scene.
 const BESIDE_SCENE: &str = ".venv/bin/python";
 
-/// Returns the interpreter for scripts of a scene in this folder: the one that `TATU_PYTHON` names, that of the virtual
-/// environment beside the scene, that of the active virtual environment, or `python3`.
-pub(super) fn choose(scene_folder: Option<&Path>) -> Result<PathBuf> {
-    let named = std::env::var_os(VARIABLE).filter(|name| !name.is_empty()).map(PathBuf::from);
+/// What errors advise.
+pub(super) const HOW_TO_SET: &str =
+    "name a Python interpreter with `--language python:interpreter=PATH`, or by the environment variable TATU_PYTHON";
+
+/// Returns the interpreter for scripts of a scene in this folder: the one that is set, the one that `TATU_PYTHON` names,
+/// that of the virtual environment beside the scene, that of the active virtual environment, or `python3`.
+pub(super) fn choose(set: Option<&Path>, scene_folder: Option<&Path>) -> Result<PathBuf> {
+    let set = set.filter(|path| !path.as_os_str().is_empty()).map(PathBuf::from);
+    let named = || std::env::var_os(VARIABLE).filter(|name| !name.is_empty()).map(PathBuf::from);
     let beside = || scene_folder.map(|folder| folder.join(BESIDE_SCENE)).filter(|file| file.is_file());
     let active = || std::env::var_os("VIRTUAL_ENV").map(|v| Path::new(&v).join("bin/python")).filter(|f| f.is_file());
-    let wanted = named.or_else(beside).or_else(active).unwrap_or_else(|| "python3".into());
+    let wanted = set.or_else(named).or_else(beside).or_else(active).unwrap_or_else(|| "python3".into());
     let file = match wanted.components().count() {
         1 => in_path(&wanted),
         _ => Some(wanted.clone()).filter(|file| file.is_file()),
     };
     let Some(file) = file else {
-        return Err(Fail::missing(format!("there is no Python interpreter `{}`", wanted.display())).help(format!(
-            "install Python 3.8 or later, or set the environment variable {VARIABLE} to the interpreter's path"
-        )));
+        let fail = Fail::missing(format!("there is no Python interpreter `{}`", wanted.display()));
+        return Err(fail.help(format!("install Python 3.8 or later, or {HOW_TO_SET}")));
     };
     behind_wrapper(file)
 }

@@ -9,4 +9,4 @@ mod child;
 mod interpreter;
 
 pub(crate) use channel::{Channel, Lost, Patience};
-pub(crate) use child::Child;
+pub(crate) use child::{Child, MAX_MEMORY_MB, Settings};

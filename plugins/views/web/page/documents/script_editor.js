@@ -51,7 +51,7 @@ async function fill(text) {
   // Another script may have been opened while the libraries were being loaded.
   if (number !== fillCount) return;
   codeFieldModule = loaded;
-  const isPython = /^\s*#\s*python\b/.test(text) || (openedScript?.name ?? "").endsWith(".py");
+  const isPython = openedScript?.language === "python";
   editorView = loaded.textField({ parent: get("editor"), text, complete, save: () => { save(); }, readOnly: !rights.canControl, isPython });
   editorView.focus();
 }
@@ -216,10 +216,21 @@ async function saveSource(script, text, from) {
   }
 }
 
+/**
+ * Returns the line of a script that an error refers to: its own, or, for an error in a module, that of the innermost call
+ * from the script.
+ * @param {Record<string, any>} payload of the event
+ */
+function lineInScript({ script, file, line, traceback }) {
+  if (!file || file === script) return line;
+  const own = String(traceback ?? "").split("\n").find((call) => call.startsWith(`${script}:`));
+  return own ? Number(own.slice(script.length + 1).match(/^\d+/)?.[0] ?? 0) : line;
+}
+
 on("event", ({ name, payload }) => {
-  if (name === "script_error" && openedScript && editorView && payload.script === openedScript.name && payload.line) {
-    markError(`${payload.script}:${payload.line}: ${payload.message}`);
-  }
+  if (name !== "script_error" || !openedScript || !editorView || payload.script !== openedScript.name) return;
+  const line = lineInScript(payload);
+  if (line) markError(`${payload.script}:${line}: ${payload.message}`);
 });
 get("script-save").onclick = save;
 
