@@ -37,7 +37,7 @@ use super::{
     watchdog::{CallWatch, CallWatches, PluginCall},
 };
 use crate::{HostTables, Inspector, setup_lock};
-pub use models::{FoundModel, MODEL_FILE};
+pub use models::{FoundModel, ListedModel, MODEL_FILE};
 pub use sensors::MAX_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
@@ -87,8 +87,8 @@ pub struct ModelOffers {
     pub models: Vec<Model>,
     /// Functions that read models from text, with the index of the plugin.
     model_readers: Vec<(usize, types::ReadModelFn)>,
-    /// Id and description of the models in folders.
-    folder_models: OnceLock<Vec<(String, String)>>,
+    /// The models in folders.
+    folder_models: OnceLock<Vec<ListedModel>>,
 }
 
 /// The offers of plugins to scripts, besides commands.
