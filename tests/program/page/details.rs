@@ -195,7 +195,7 @@ fn fields_accept_expressions_and_units() {
         "document.querySelector(\"#rows [data-key='object.position'] .why\").textContent.includes('\"kg\" is not a unit')",
     );
     shown.page.key("Escape", 27);
-    shown.replace(&field("object.orientation"), "pi/2 rad");
+    shown.replace(&field("object.orientation"), "(pi/2) rad");
     shown.page.key("Enter", 13);
     shown.until("get('upper', 'object.orientation').then((o) => Math.abs(o[0] - Math.PI / 2) < 1e-9)");
     shown.end();
@@ -203,7 +203,7 @@ fn fields_accept_expressions_and_units() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn nothing_selected_shows_the_scene_and_groups_are_never_empty() {
+fn panel_shows_the_scene_without_a_selection_and_no_empty_group() {
     let scene = format!(
         "# An arm.\n# Try: bend it.\nformat = 1\n{FLOOR}[[object]]\nkind = \"dummy\"\nalias = \"mark\"\n\
          script = {{ language = \"lua\", text = \"x = 1\" }}\n[[model]]\nmodel = \"pioneer_p3dx\"\n"

@@ -116,7 +116,7 @@ fn the_recovery_copy_of_a_killed_program_is_offered() {
 }
 
 #[test]
-fn copies_of_scenes_that_come_with_the_program_are_in_the_state_folder() {
+fn recovery_copies_of_program_scenes_are_in_the_state_folder() {
     let scene = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/first/pioneer_avoids_walls.toml");
     let place = TestFolder::new();
     let state = place.path().join("state");

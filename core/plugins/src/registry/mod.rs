@@ -37,13 +37,13 @@ use super::{
     watchdog::{CallWatch, CallWatches, PluginCall},
 };
 use crate::{HostTables, Inspector, setup_lock};
-pub use models::{FoundModel, ListedModel, MODEL_FILE};
+pub use models::{FoundModel, MODEL_FILE};
 pub use sensors::MAX_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
     ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, EventListener, FieldSpec,
-    Importer, ImporterChoice, Model, ModelNumber, Prelude, PresetSpec, ScriptConstant, ScriptKindMark, ScriptLanguage,
-    SensorKind, ServiceKind,
+    Importer, ImporterChoice, ListedModel, Model, ModelNumber, Prelude, PresetSpec, ScriptConstant, ScriptKindMark,
+    ScriptLanguage, SensorKind, ServiceKind,
 };
 
 /// Everything that plugins offer, in the order of the plugins.

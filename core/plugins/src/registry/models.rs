@@ -11,7 +11,7 @@ use tatu_plugin_api::{
     safe::{MAX_FILE_BYTES, read_plain_text},
 };
 
-use super::{AttachmentSlot, Model, ModelNumber, Registry};
+use super::{AttachmentSlot, ListedModel, Model, ModelNumber, Registry};
 use crate::{
     ParameterSpec,
     border::{ErrorSlot, raw},
@@ -71,21 +71,6 @@ fn slot(s: &Declared<'_, tatu_model_slot>) -> AttachmentSlot {
         mount: s.mount().unwrap_or_default(),
         text: s.text().unwrap_or_default(),
         payload: s.payload,
-    }
-}
-
-/// A model in the list of all models.
-#[derive(Debug, Clone)]
-pub struct ListedModel {
-    pub id: String,
-    pub text: String,
-    /// The heading in lists, such as "mobile robots"; may be empty.
-    pub category: String,
-}
-
-impl ListedModel {
-    fn of(model: &Model) -> ListedModel {
-        ListedModel { id: model.id.clone(), text: model.text.clone(), category: model.category.clone() }
     }
 }
 
