@@ -83,8 +83,8 @@ typedef struct tatu_host_scene {
    * "max" if they are declared. The parameters of its device follow the properties of the object itself. Valid until
    * the current call returns. TATU_ERR_MISSING, without a message: there is no property with this index. */
   tatu_status(TATU_CALL *row)(tatu_world *, tatu_object, uint32_t index, tatu_value *);
-  /* [step] Gets the `index`-th model that plugins offer, from 0, as a map: "id" (for `load`), "text". Valid until the
-   * current call returns. TATU_ERR_MISSING, without a message: there is no model with this index. */
+  /* [step] Gets the `index`-th model that plugins offer, from 0, as a map: "id" (for `load`), "text", "category". Valid
+   * until the current call returns. TATU_ERR_MISSING, without a message: there is no model with this index. */
   tatu_status(TATU_CALL *model)(tatu_world *, uint32_t index, tatu_value *);
 } tatu_host_scene;
 

@@ -202,7 +202,7 @@ fn everything_in_the_palette_can_be_added_and_undone() {
         "(async () => { \
          const [stock, edits] = await Promise.all(['tatu/edit/palette_items', 'tatu/scene/edits'].map((m) => import(m))); \
          const [[kinds], [models]] = await Promise.all([net.call('tatu.kinds'), net.call('tatu.models')]); \
-         const items = [...stock.FIXED, ...stock.devices(kinds), stock.models(models)].flatMap((s) => s.items); \
+         const items = [...stock.FIXED, ...stock.devices(kinds), ...stock.models(models)].flatMap((s) => s.items); \
          const failed = items.length > 30 ? [] : ['there are few entries']; \
          for (const i of items) { \
            const call = i.model ? ['tatu.addModel', i.model] : ['tatu.add', i.toml, 0, [1, 1, 1]]; \

@@ -176,3 +176,64 @@ fn every_value_is_shown_in_readable_form() {
     shown.page.until("document.getElementById('what').textContent.startsWith('Pioneer_p3dx ')");
     shown.end();
 }
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn fields_accept_expressions_and_units() {
+    let mut shown = ScenePage::new(&format!("{FLOOR}{ARM}"));
+    shown.until("of('upper') && view.camera.position.x !== 3");
+    shown.details_of("upper");
+    let position = field("object.position");
+    for (text, value) in [("2*3", 6.0), ("10 cm", 0.1), ("1,5 + 5 mm", 1.505)] {
+        shown.replace(&position, text);
+        shown.page.key("Enter", 13);
+        shown.until(&format!("get('upper', 'object.position').then((p) => Math.abs(p[0] - {value}) < 1e-9)"));
+    }
+    shown.replace(&position, "2 kg");
+    shown.page.key("Enter", 13);
+    shown.page.until(
+        "document.querySelector(\"#rows [data-key='object.position'] .why\").textContent.includes('\"kg\" is not a unit')",
+    );
+    shown.page.key("Escape", 27);
+    shown.replace(&field("object.orientation"), "(pi/2) rad");
+    shown.page.key("Enter", 13);
+    shown.until("get('upper', 'object.orientation').then((o) => Math.abs(o[0] - Math.PI / 2) < 1e-9)");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn panel_shows_the_scene_without_a_selection_and_no_empty_group() {
+    let scene = format!(
+        "# An arm.\n# Try: bend it.\nformat = 1\n{FLOOR}[[object]]\nkind = \"dummy\"\nalias = \"mark\"\n\
+         script = {{ language = \"lua\", text = \"x = 1\" }}\n[[model]]\nmodel = \"pioneer_p3dx\"\n"
+    );
+    let place = TestFolder::new();
+    place.write("bent_arm.toml", &scene);
+    let mut shown = ScenePage::of(place, &["open", "bent_arm.toml", "--no-browser"]);
+    shown.until("of('Pioneer_p3dx') && view.drawn > 0");
+    let about = "document.getElementById('about-scene')";
+    shown.page.until("document.getElementById('what').textContent === 'bent arm'");
+    let text = shown.page.text("#about-scene");
+    for part in ["An arm.", "Try: bend it.", "Objects", "in 1 model", "50 ms", "mark", "F5"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    // A robot whose base is a hidden body is visible.
+    shown.details_of("Pioneer_p3dx");
+    assert_eq!(shown.page.js(&format!("{about}.hidden")), true);
+    shown.page.until("document.querySelector(\"#rows [data-key='object.visible']\").textContent.includes('yes')");
+    assert_eq!(shown.page.text("#what"), "Pioneer_p3dx \u{2014} model");
+    shown.details_of("mark");
+    shown.page.until("[...document.querySelectorAll('#rows details')].every((d) => d.querySelector('.row') !== null)");
+    // Parts of models are named without the name of the model, and models are collapsed until a part is selected.
+    let row = "document.querySelector(`#tree [data-id='${of('Pioneer_p3dx_leftMotor').id}'] .alias`)";
+    assert_eq!(shown.ask(&format!("{row} === null")), true);
+    shown.ask("store.select(of('Pioneer_p3dx_leftMotor').id)");
+    shown.until(&format!("{row}.textContent === 'leftMotor' && {row}.title === 'Pioneer_p3dx_leftMotor'"));
+    shown.ask("store.select(0)");
+    shown.page.until(&format!("!{about}.hidden"));
+    shown.page.js(&format!("{about}.querySelector('.link').id = 'script-link'"));
+    shown.page.click_on("#script-link");
+    shown.page.until("!document.getElementById('script').hidden");
+    shown.end();
+}

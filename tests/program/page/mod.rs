@@ -3,11 +3,12 @@
 //! - `program`: the program with its page; `drive`: helpers for tests in a browser;
 //! - `access`, `messages`, `repeat`: clients without a browser;
 //! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `saving`, `moving`, `details`,
-//!   `overlays`, `looks`, `panes`, `exercise`, `accessible`, `drafts`: in a browser; `pictures`: for the guide;
+//!   `overlays`, `looks`, `panes`, `exercise`, `accessible`, `drafts`, `adding`, `small_screens`: in a browser; `pictures`: for the guide;
 //! - `gallery`, `reconnect`: with and without a browser.
 
 mod access;
 mod accessible;
+mod adding;
 mod building;
 mod details;
 mod drafts;
@@ -29,4 +30,5 @@ mod reconnect;
 mod repeat;
 mod saving;
 mod scripting;
+mod small_screens;
 mod student;

@@ -109,6 +109,10 @@ fn the_camera_turns_with_the_object_it_follows() {
     let offset = "(() => { const g = objects.groups.get(of('block').id); g.updateWorldMatrix(true, false); \
                   return g.worldToLocal(view.camera.position.clone()).toArray(); })()";
     shown.until("new Promise((done) => net.on('frame', () => done(true)))");
+    // The camera looks at the object from the start.
+    let off = "(() => { const p = objects.groups.get(of('block').id).getWorldPosition(new three.Vector3()); \
+               return p.distanceTo(view.controls.target); })()";
+    assert!(shown.ask(off).as_f64().unwrap() < 1e-6);
     let before = shown.ask(offset);
     // The selection does not affect which object is followed.
     shown.ask("store.select(of('ball').id)");

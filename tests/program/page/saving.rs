@@ -3,7 +3,12 @@
 
 use std::path::PathBuf;
 
-use super::{drive::ScenePage, program::PageServer};
+use serde_json::json;
+
+use super::{
+    drive::ScenePage,
+    program::{PageServer, call, next},
+};
 use crate::{
     kit::browser::{BrowserPage, browser},
     kit::*,
@@ -108,6 +113,34 @@ fn the_recovery_copy_of_a_killed_program_is_offered() {
     page.until("!document.getElementById('unsaved').hidden");
     assert_eq!(std::fs::read_to_string(shown.folder().join("scenes/cup.toml")).unwrap(), SCENE);
     assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
+}
+
+#[test]
+fn recovery_copies_of_program_scenes_are_in_the_state_folder() {
+    let scene = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/first/pioneer_avoids_walls.toml");
+    let place = TestFolder::new();
+    let state = place.path().join("state");
+    let served = PageServer::with_state(place.path(), &["open", scene.to_str().unwrap(), "--no-browser"], &state);
+    let mut socket = served.socket();
+    let scene_message = next(&mut socket, "scene");
+    let objects = scene_message["objects"].as_array().unwrap();
+    let id = &objects.iter().find(|o| o["alias"] == "crate").unwrap()["id"];
+    call(&mut socket, "tatu.edit", json!(["Rename crate to chest", [["tatu.set", id, "object.alias", "chest"]]]));
+    let is_copied = || {
+        let all = std::fs::read_dir(state.join("tatu/recovery")).into_iter().flatten().flatten();
+        all.map(|e| e.path().join("scene.toml")).find(|file| file.is_file())
+    };
+    let copy = crate::kit::browser::wait_for("a copy", std::time::Duration::from_secs(60), is_copied);
+    assert!(std::fs::read_to_string(copy).unwrap().contains("alias = \"chest\""));
+    assert!(!scene.with_file_name(".pioneer_avoids_walls.toml.recovery").exists());
+    // The copy is offered to the same user only: one with another state folder has none.
+    let recovery = |state: &std::path::Path| {
+        let served = PageServer::with_state(place.path(), &["open", scene.to_str().unwrap(), "--no-browser"], state);
+        next(&mut served.socket(), "state")["recovery"].is_number()
+    };
+    drop(served);
+    assert!(recovery(&state));
+    assert!(!recovery(&place.path().join("other")));
 }
 
 /// Replaces a text in the editor.

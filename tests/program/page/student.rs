@@ -14,7 +14,7 @@ fn a_student_drives_and_changes_a_robot() {
     let browser = browser();
     let served = PageServer::new(root(), &["open", "scenes/course/manta_keyboard_statusbar.toml", "--no-browser"]);
     let mut page = BrowserPage::open(&browser, &served.url);
-    page.until("document.querySelectorAll('#tree .item').length > 5");
+    page.until("document.querySelectorAll('#tree .item').length > 1");
     page.click("#play");
     page.until("document.getElementById('play').className === 'on'");
     page.js("document.getElementById('view').focus()");

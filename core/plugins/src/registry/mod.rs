@@ -42,8 +42,8 @@ pub use sensors::MAX_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
     ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, EventListener, FieldSpec,
-    Importer, ImporterChoice, Model, ModelNumber, Prelude, PresetSpec, ScriptConstant, ScriptKindMark, ScriptLanguage,
-    SensorKind, ServiceKind,
+    Importer, ImporterChoice, ListedModel, Model, ModelNumber, Prelude, PresetSpec, ScriptConstant, ScriptKindMark,
+    ScriptLanguage, SensorKind, ServiceKind,
 };
 
 /// Everything that plugins offer, in the order of the plugins.
@@ -87,8 +87,8 @@ pub struct ModelOffers {
     pub models: Vec<Model>,
     /// Functions that read models from text, with the index of the plugin.
     model_readers: Vec<(usize, types::ReadModelFn)>,
-    /// Id and description of the models in folders.
-    folder_models: OnceLock<Vec<(String, String)>>,
+    /// The models in folders.
+    folder_models: OnceLock<Vec<ListedModel>>,
 }
 
 /// The offers of plugins to scripts, besides commands.

@@ -11,7 +11,7 @@ use tatu_plugin_api::{
     safe::{MAX_FILE_BYTES, read_plain_text},
 };
 
-use super::{AttachmentSlot, Model, ModelNumber, Registry};
+use super::{AttachmentSlot, ListedModel, Model, ModelNumber, Registry};
 use crate::{
     ParameterSpec,
     border::{ErrorSlot, raw},
@@ -156,26 +156,25 @@ impl Registry {
         })
     }
 
-    /// Returns the id and the description of the model with an index in the list of all models. Models of plugins come
-    /// first, followed by those in folders, which are read when the first of them is requested. Models that cannot be
-    /// read are omitted.
-    pub fn model_at(&self, index: usize) -> Option<(&str, &str)> {
+    /// Returns the model with an index in the list of all models. Models of plugins come first, followed by those in
+    /// folders, which are read when the first of them is requested. Models that cannot be read are omitted.
+    pub fn model_at(&self, index: usize) -> Option<ListedModel> {
         if let Some(model) = self.model_offers.models.get(index) {
-            return Some((&model.id, &model.text));
+            return Some(ListedModel::of(model));
         }
         let found = self.model_offers.folder_models.get_or_init(|| {
             let described = |f: FoundModel| match f.importer.and_then(|i| self.importers.get(i)) {
-                Some(importer) => Some((f.id, importer.text.clone())),
+                Some(importer) => Some(ListedModel { id: f.id, text: importer.text.clone(), category: String::new() }),
                 None => {
                     let text = read_plain_text(&f.file, MAX_FILE_BYTES).ok()?;
-                    self.read_model(&f.id, &f.file, &text).ok().map(|m| (m.id, m.text))
+                    self.read_model(&f.id, &f.file, &text).ok().map(|m| ListedModel::of(&m))
                 }
             };
             // A model that a plugin also offers is already in the list.
             let new = self.found_models().into_iter().filter(|f| self.model_offers.models.iter().all(|m| m.id != f.id));
             new.filter_map(described).collect()
         });
-        found.get(index - self.model_offers.models.len()).map(|(id, text)| (id.as_str(), text.as_str()))
+        found.get(index - self.model_offers.models.len()).cloned()
     }
 
     /// Returns the models in all model folders, in ascending order of their names.

@@ -402,3 +402,18 @@ pub struct ServiceKind {
     /// Functions that create, configure, save and destroy instances.
     pub life: tatu_life,
 }
+
+/// A model in the list of all models.
+#[derive(Debug, Clone)]
+pub struct ListedModel {
+    pub id: String,
+    pub text: String,
+    /// The heading in lists, such as "mobile robots"; may be empty.
+    pub category: String,
+}
+
+impl ListedModel {
+    pub(super) fn of(model: &Model) -> ListedModel {
+        ListedModel { id: model.id.clone(), text: model.text.clone(), category: model.category.clone() }
+    }
+}

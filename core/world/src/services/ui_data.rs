@@ -71,8 +71,9 @@ pub(super) extern "C" fn row<'a>(
 
 pub(super) extern "C" fn model<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut ValueRef<'a>>) -> tatu_status {
     with_context(w, HostFunction::read_only("scene.model"), |c: DisplayContext<'_>| {
-        let (id, text) = c.registry.model_at(index as usize).ok_or(TATU_ERR_MISSING)?;
-        write_value(c.answer, &map([("id", Value::text(id)), ("text", Value::text(text))]), out)
+        let model = c.registry.model_at(index as usize).ok_or(TATU_ERR_MISSING)?;
+        let entries = [("id", &model.id), ("text", &model.text), ("category", &model.category)];
+        write_value(c.answer, &map(entries.map(|(key, text)| (key, Value::text(text)))), out)
     })
 }
 

@@ -1,7 +1,8 @@
 //! Writes and reads recovery copies of scenes with unsaved edits, in case the program exits unexpectedly.
 //!
-//! A copy is a folder beside the scene's file, `.NAME.recovery`. It contains the files that a save would write. Since
-//! the scene file is written last, a copy without it is incomplete.
+//! A copy is a folder beside the scene's file, `.NAME.recovery`. For a scene in a folder that other users share, such as
+//! one that comes with the program, it is in the user's state folder instead. A copy contains the files that a save
+//! would write. Since the scene file is written last, a copy without it is incomplete.
 
 use std::{
     ffi::OsString,
@@ -13,9 +14,10 @@ use std::{
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::{
     abi::TATU_LOG_WARNING,
-    safe::{MAX_FILE_BYTES, read_plain},
+    safe::{MAX_FILE_BYTES, folders_beside, program_file, read_plain, state_folder},
 };
 use tatu_scene::document::SourceFiles;
+use xxhash_rust::xxh3::xxh3_64;
 
 use super::{
     source::{own_file, patch_in_place, state_when_stopped, write_separately},
@@ -44,12 +46,62 @@ primitive = \"plane\"
 respondable = true
 ";
 
+/// Names of the folders with scenes that come with the program.
+const PROGRAM_FOLDERS: [&str; 2] = ["scenes", "models"];
+/// Name of the folder for copies within the user's state folder.
+const COPIES_FOLDER: &str = "recovery";
+
 /// Returns the folder for the recovery copy of a scene.
 fn folder_of(scene: &Path) -> PathBuf {
-    let mut name = OsString::from(".");
+    let state = state_folder().filter(|state| !is_of_user(scene.parent().unwrap_or(Path::new("")), state));
+    match state {
+        Some(state) => folder_in(&state, scene),
+        None => {
+            let mut name = OsString::from(".");
+            name.push(scene.file_name().unwrap_or_default());
+            name.push(".recovery");
+            scene.with_file_name(name)
+        }
+    }
+}
+
+/// Returns the folder for the copy of a scene within the user's state folder. Its name contains a hash of the scene's
+/// path, because scenes in different folders can have the same name.
+fn folder_in(state: &Path, scene: &Path) -> PathBuf {
+    let full = std::path::absolute(scene).unwrap_or_else(|_| scene.to_owned());
+    let mut name = OsString::from(format!("{:016x}-", xxh3_64(full.as_os_str().as_encoded_bytes())));
     name.push(scene.file_name().unwrap_or_default());
-    name.push(".recovery");
-    scene.with_file_name(name)
+    state.join(COPIES_FOLDER).join(name)
+}
+
+/// Returns whether the user's files may be in a folder: whether the user owns it, and it does not come with the
+/// program.
+fn is_of_user(folder: &Path, state: &Path) -> bool {
+    let Ok(folder) = std::path::absolute(folder) else { return true };
+    let program = program_file().into_iter();
+    let mut shared = program.flat_map(|p| PROGRAM_FOLDERS.map(|name| folders_beside(&p, name))).flatten();
+    !shared.any(|shared| folder.starts_with(shared)) && owns(&folder, state)
+}
+
+/// Returns whether the user owns a folder. The state folder, or the folder in which it will be created, is the user's.
+#[cfg(unix)]
+fn owns(folder: &Path, state: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let user = state.ancestors().find_map(|above| fs::metadata(above).ok());
+    fs::metadata(folder).ok().zip(user).is_none_or(|(folder, user)| folder.uid() == user.uid())
+}
+#[cfg(not(unix))]
+fn owns(_: &Path, _: &Path) -> bool {
+    true
+}
+
+/// Creates the folder for the user's copies, which only the user can access.
+fn create_private(state: &Path) -> io::Result<()> {
+    #[cfg_attr(not(unix), expect(unused_mut, reason = "the mode exists only on Unix"))]
+    let mut builder = fs::DirBuilder::new();
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.recursive(true).create(state.join(COPIES_FOLDER))
 }
 
 fn failed(what: &str, path: &Path, e: &io::Error) -> Error {
@@ -72,6 +124,9 @@ pub(crate) fn write(cell: &WorldCell) -> Result {
     if folder.symlink_metadata().is_ok_and(|about| !about.is_dir()) {
         let e = io::Error::other("it is a link or a file");
         return Err(failed("written", &folder, &e));
+    }
+    if let Some(state) = state_folder().filter(|state| folder.starts_with(state)) {
+        create_private(&state).map_err(|e| failed("written", &folder, &e))?;
     }
     for (name, bytes) in &saved.written.files {
         let path = folder.join(FILES_FOLDER).join(name);
@@ -181,4 +236,26 @@ pub(crate) fn new_scene(file: &Path) -> Result<SourceFiles> {
         return Err(Error::new("E105", text).help("choose a different name for the new scene"));
     }
     Ok(SourceFiles::with_replacements([(file.to_owned(), NEW_SCENE_TEXT.as_bytes().to_vec())], false))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn copies_of_shared_scenes_are_in_the_state_folder() {
+        let place = tempfile::tempdir().unwrap();
+        let (state, scenes) = (place.path().join("state/tatu"), place.path().join("scenes"));
+        fs::create_dir_all(&scenes).unwrap();
+        assert!(is_of_user(&scenes, &state));
+        let program = program_file().unwrap();
+        for shared in PROGRAM_FOLDERS.iter().flat_map(|name| folders_beside(&program, name)) {
+            assert!(!is_of_user(&shared.join("course"), &state), "{}", shared.display());
+        }
+        // Scenes in different folders with the same name have different copies.
+        let of = |scene: &str| folder_in(&state, Path::new(scene));
+        assert_eq!(of("/a/room.toml"), of("/a/room.toml"));
+        assert_ne!(of("/a/room.toml"), of("/b/room.toml"));
+        assert!(of("/a/room.toml").starts_with(state.join(COPIES_FOLDER)));
+    }
 }

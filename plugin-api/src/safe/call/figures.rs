@@ -73,8 +73,8 @@ impl<'a> World<'a> {
         let status = service!(self.scene.row)(self.raw(), object, index, Some(&mut out));
         self.found(status, out)
     }
-    /// Returns the `index`-th model that plugins offer, from 0, as a map of `id` and `text`, or `None` past the last
-    /// one.
+    /// Returns the `index`-th model that plugins offer, from 0, as a map of `id`, `text` and `category`, or `None` past
+    /// the last one.
     pub fn model(&self, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.scene.model)(self.raw(), index, Some(&mut out));

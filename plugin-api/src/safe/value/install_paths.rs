@@ -1,6 +1,9 @@
-//! Locates the folders that are installed with a program.
+//! Locates the folders that are installed with a program, and the folder for private files of the user.
 
-use std::path::{Path, PathBuf};
+use std::{
+    ffi::OsString,
+    path::{Path, PathBuf},
+};
 
 /// Returns the possible paths of a folder that is installed with a program, such as `models`, in the order in which
 /// they are searched: beside the program, in `../share/tatu`, and in the repository if cargo has built the program
@@ -14,6 +17,24 @@ pub fn folders_beside(program: &Path, name: &str) -> Vec<PathBuf> {
         folders.extend(dir.parent().and_then(Path::parent).map(|root| root.join(name)));
     }
     folders
+}
+
+/// Returns the user's folder for files that are stored for later runs: `$XDG_STATE_HOME/tatu`, by default
+/// `~/.local/state/tatu`, or `%LOCALAPPDATA%\tatu` on Windows. Returns `None` if the environment does not contain an
+/// absolute path. The folder need not exist.
+pub fn state_folder() -> Option<PathBuf> {
+    state_folder_of(|name| std::env::var_os(name))
+}
+
+/// Returns the state folder, given a function that returns environment variables.
+fn state_folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+    // Relative paths are ignored, because they would depend on the working folder.
+    let folder = |name: &str| variable(name).map(PathBuf::from).filter(|p: &PathBuf| Path::is_absolute(p));
+    let state = folder("XDG_STATE_HOME").or_else(|| match cfg!(windows) {
+        true => folder("LOCALAPPDATA"),
+        false => Some(folder("HOME")?.join(".local/state")),
+    })?;
+    Some(state.join("tatu"))
 }
 
 /// Returns the path of the program `tatu`, for [`folders_beside`]. This is the program of the current process or, if
@@ -89,6 +110,18 @@ fn own_library() -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn the_state_folder_is_absolute() {
+        let of = |all: &[(&str, &str)]| {
+            state_folder_of(|name| all.iter().find(|(n, _)| *n == name).map(|(_, value)| OsString::from(value)))
+        };
+        assert_eq!(of(&[]), None);
+        assert_eq!(of(&[("HOME", "/h")]), Some(PathBuf::from("/h/.local/state/tatu")));
+        assert_eq!(of(&[("HOME", "/h"), ("XDG_STATE_HOME", "/s")]), Some(PathBuf::from("/s/tatu")));
+        assert_eq!(of(&[("HOME", "/h"), ("XDG_STATE_HOME", "s")]), Some(PathBuf::from("/h/.local/state/tatu")));
+    }
 
     #[test]
     fn installed_program_has_two_model_folders() {

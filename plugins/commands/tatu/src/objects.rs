@@ -67,7 +67,10 @@ fn add_script(c: &mut Ctx<'_>) -> Result {
     let owner = c.world().look(c.i64(0)? as u64)?.id;
     let text = |i: usize, usual: &str| if c.has(i) { c.text(i) } else { Ok(usual.to_owned()) };
     let (kind, language) = (text(2, KIND)?, text(3, LANGUAGE)?);
-    let made = c.world().add_script(owner, &language, "", &kind, "", c.bytes(1)?)?;
+    // Messages about the script contain its name. A save replaces it by the path of the script's file.
+    let alias = c.world().get(owner, c.world().host().prop("object.alias"))?;
+    let name = format!("script of {}", alias.as_str().unwrap_or_default());
+    let made = c.world().add_script(owner, &language, "", &kind, &name, c.bytes(1)?)?;
     c.ret(i64::from(tatu_slot(made)));
     Ok(())
 }

@@ -42,7 +42,9 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     );
     offer.command(
         Cmd::new("tatu.models", |c| list(c, |world, n| world.model(n)))
-            .returns(Param::any("models").text("a table per model: id, text"))
+            .returns(
+                Param::any("models").text("a table per model: id, text, category (a heading such as `mobile robots`)"),
+            )
             .text("Lists the models that plugins offer, and those in model folders.")
             .example("assert(#tatu.models() > 0)"),
     );

@@ -6,12 +6,12 @@
 //! have written it or may know its contents.
 
 use std::{
-    env,
-    ffi::OsString,
     fs,
     io::{self, Read, Write},
-    path::{Path, PathBuf},
+    path::PathBuf,
 };
+
+use tatu_plugin_api::safe::state_folder;
 
 /// The user's folder for private files.
 #[derive(Debug, Clone)]
@@ -22,7 +22,7 @@ pub struct PrivateFolder {
 impl PrivateFolder {
     /// Opens the folder of this user, and creates it if necessary.
     pub fn of_user() -> io::Result<PrivateFolder> {
-        let folder = folder_of(|name| env::var_os(name)).ok_or_else(|| {
+        let folder = state_folder().ok_or_else(|| {
             let text = "the folder for private files is not known: set `HOME` or `XDG_STATE_HOME` to an absolute path";
             io::Error::new(io::ErrorKind::NotFound, text)
         })?;
@@ -89,37 +89,17 @@ impl PrivateFolder {
     }
 }
 
-/// Returns the path of the folder, given a function that returns environment variables. Returns `None` if the variables
-/// do not contain an absolute path.
-fn folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
-    // Relative paths are ignored, because they would depend on the working folder.
-    let folder = |name: &str| variable(name).map(PathBuf::from).filter(|p: &PathBuf| Path::is_absolute(p));
-    let state = folder("XDG_STATE_HOME").or_else(|| match cfg!(windows) {
-        true => folder("LOCALAPPDATA"),
-        false => Some(folder("HOME")?.join(".local/state")),
-    })?;
-    Some(state.join("tatu"))
-}
-
 #[cfg(all(test, unix))]
 mod tests {
-    use std::os::unix::fs::{PermissionsExt, symlink};
+    use std::{
+        os::unix::fs::{PermissionsExt, symlink},
+        path::Path,
+    };
 
     use super::*;
 
     fn mode(path: &Path) -> u32 {
         fs::metadata(path).unwrap().permissions().mode() & 0o777
-    }
-
-    #[test]
-    fn the_folder_is_absolute() {
-        let of = |all: &[(&str, &str)]| {
-            folder_of(|name| all.iter().find(|(n, _)| *n == name).map(|(_, value)| OsString::from(value)))
-        };
-        assert_eq!(of(&[]), None);
-        assert_eq!(of(&[("HOME", "/h")]), Some(PathBuf::from("/h/.local/state/tatu")));
-        assert_eq!(of(&[("HOME", "/h"), ("XDG_STATE_HOME", "/s")]), Some(PathBuf::from("/s/tatu")));
-        assert_eq!(of(&[("HOME", "/h"), ("XDG_STATE_HOME", "s")]), Some(PathBuf::from("/h/.local/state/tatu")));
     }
 
     #[test]

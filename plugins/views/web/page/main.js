@@ -7,6 +7,7 @@ import "tatu/run/run_controls";
 import "tatu/panels/output";
 import "tatu/panels/tree";
 import "tatu/panels/property_panel";
+import "tatu/panels/scene_panel";
 import "tatu/panels/joint_sliders";
 import "tatu/documents/gallery";
 import "tatu/documents/scene_file";
@@ -39,6 +40,7 @@ import "tatu/windows/window_menu";
 import "tatu/run/film_recorder";
 import "tatu/run/exercise";
 import "tatu/panels/splitters";
+import "tatu/panels/drawers";
 import "tatu/documents/address_actions";
 import "tatu/net/connection_banner";
 

@@ -77,7 +77,7 @@ export type FromPage = { "type": "run", action: RunAction, } | { "type": "speed"
 /**
  * The folder for the file: the answer to a `folder` request. Omitted if the file was dropped alone.
  */
-folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<WatchedValue>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
+folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "model_picture", id: number, model: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<WatchedValue>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
 
 /**
  * The section of the gallery: recently opened scenes, those in the working folder, or those of the program.
@@ -306,7 +306,15 @@ opened: number, dt: number, objects: Array<SceneObject>, scripts: Array<Script>,
 /**
  * Notes from loading the scene, such as the features that an importer does not support.
  */
-notes: Array<string>, } | { "type": "objects", objects: Array<SceneObject>, } | { "type": "state", state: RunState, speed: number, dt: number,
+notes: Array<string>,
+/**
+ * The description of the scene in the first comment of its file.
+ */
+about: string,
+/**
+ * The suggestion of what to try, from the same comment.
+ */
+try: string, } | { "type": "objects", objects: Array<SceneObject>, } | { "type": "state", state: RunState, speed: number, dt: number,
 /**
  * Label of the edit that the next undo reverts; `redo` is that of the edit that the next redo applies.
  */

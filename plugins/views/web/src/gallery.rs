@@ -22,6 +22,10 @@ const MAX_SCENE_BYTES: u64 = 256 << 20;
 const MAX_COMMENT_BYTES: u64 = 4 << 10;
 /// Maximum size of the PNG picture of a scene, bytes.
 pub(crate) const MAX_PICTURE_BYTES: u64 = 64 << 10;
+/// Maximum size of the PNG picture of a model, bytes.
+const MAX_MODEL_PICTURE_BYTES: u64 = 256 << 10;
+/// Name of the picture in the folder of a model.
+const MODEL_PICTURE: &str = "picture.png";
 /// Name of a folder with scenes, in the working folder and beside the program.
 const SCENES_FOLDER: &str = "scenes";
 /// Name of a folder with models and their demos, in the working folder and beside the program.
@@ -61,6 +65,17 @@ pub(crate) fn comes_with_program(path: &Path) -> bool {
         && program_folders().iter().any(|folder| path.starts_with(folder))
         && is_scene(path)
         && is_shown_program_scene(path)
+}
+
+/// Returns the PNG picture of a model, which is beside the description of the model; `None` if there is none.
+pub(crate) fn model_picture(model: &str) -> Option<Vec<u8>> {
+    if model.is_empty() || model.starts_with('.') || model.contains(['/', '\\', ':']) {
+        return None;
+    }
+    let folders = [PathBuf::from(MODELS_FOLDER)].into_iter().chain(program_folders());
+    let mut files = folders.map(|folder| folder.join(model).join(MODEL_PICTURE));
+    let file = files.find(|file| file.is_file() && !links_outside(file))?;
+    read_plain(&file, MAX_MODEL_PICTURE_BYTES).ok().filter(|bytes| is_png(bytes))
 }
 
 /// Returns whether a path is a regular file with the extension of a scene or model.
@@ -145,7 +160,7 @@ fn links_outside(path: &Path) -> bool {
 /// Returns the gallery entry of the scene at `path`. The page opens the scene by `file`; `picture` replaces the picture
 /// beside the scene file.
 fn gallery_entry(section: GallerySection, path: &Path, file: &str, picture: Option<&[u8]>) -> SceneFile {
-    let comment = read_beginning(path).map(|text| SceneComment::read(&text)).unwrap_or_default();
+    let comment = comment_of(path);
     let beside = path.with_extension("png");
     let beside = || if links_outside(&beside) { None } else { read_plain(&beside, MAX_PICTURE_BYTES).ok() };
     let picture = picture.map(<[u8]>::to_vec).or_else(beside);
@@ -167,13 +182,18 @@ fn read_beginning(scene: &Path) -> Option<String> {
     std::str::from_utf8(&bytes[..whole]).ok().map(str::to_owned)
 }
 
+/// Returns the comment at the beginning of a scene file, which is empty if the file cannot be read.
+pub(crate) fn comment_of(scene: &Path) -> SceneComment {
+    read_beginning(scene).map(|text| SceneComment::read(&text)).unwrap_or_default()
+}
+
 /// The comment at the beginning of a scene file.
 #[derive(Debug, Default, PartialEq)]
-struct SceneComment {
+pub(crate) struct SceneComment {
     /// The description of the scene: the first paragraph up to `Try:`.
-    about: String,
+    pub(crate) about: String,
     /// The suggestion of what to try: the text from `Try:` to the end of its paragraph.
-    to_try: String,
+    pub(crate) to_try: String,
 }
 
 impl SceneComment {

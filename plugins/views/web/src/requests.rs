@@ -126,6 +126,8 @@ pub fn save_script(turn: &Turn<'_>, p: &Props, n: u32, text: &str, version: u32)
         return Ok(json!({ "version": found, "theirs": String::from_utf8_lossy(&present) }));
     }
     let name = turn.get(object_id(n), p.script_name)?.as_str().map(|s| s.into_owned()).unwrap_or_default();
+    // The name is a path if the script is in a file.
+    let name = Path::new(&name).file_name().map_or(name.as_str().into(), |file| file.to_string_lossy());
     call_command(turn, "tatu.edit", &[json!(format!("Change {name}")), json!([["tatu.setScript", n, text]])])?;
     Ok(json!({ "version": scene::script_version(text.as_bytes()) }))
 }

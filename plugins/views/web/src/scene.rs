@@ -1,7 +1,7 @@
 //! Builds the messages with the complete scene: a JSON text, and a binary message for each mesh and each texture image.
 //! They are built again when objects are added or removed.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::Path};
 
 use sha2::{Digest, Sha256};
 use tatu_plugin_api::{
@@ -11,6 +11,7 @@ use tatu_plugin_api::{
 use tatu_services_common::outbox::OutgoingMessage;
 
 use crate::{
+    gallery::{SceneComment, comment_of},
     plugin::Props,
     protocol::{Joint, ReadingSchema, SceneObject, Script, SensorVolume, Texture, ToPage, VisiblePart},
 };
@@ -115,7 +116,8 @@ pub fn read(turn: &Turn<'_>, p: &Props, opened: u32) -> Result<PageScene> {
     let notes = turn.get(0, p.notes)?;
     let notes = notes.list().unwrap_or_default().iter().map(|v| text(*v)).collect();
     let (file, dt) = (text(turn.get(0, p.file)?), turn.f64(0, p.dt)?);
-    let scene = ToPage::Scene { file, opened, dt, objects, scripts, notes };
+    let SceneComment { about, to_try } = comment_of(Path::new(&file));
+    let scene = ToPage::Scene { file, opened, dt, objects, scripts, notes, about, to_try };
     whole.messages = assets.into_values().collect();
     whole.messages.push(scene.message());
     Ok(whole)

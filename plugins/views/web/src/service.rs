@@ -24,7 +24,7 @@ use crate::{
     changes::ChangeDetector,
     drop::{DropFolder, DroppedFile},
     edits::{self, EditTracker},
-    files, film_page,
+    files, film_page, gallery,
     lists::{ListCache, RequestAllowance},
     overlays::OverlayRequest,
     pace::{RealTimePacer, SPEED_RANGE},
@@ -496,6 +496,10 @@ impl WebState {
                 return Ok(Some(ToPage::Result { of: id, results: Vec::new() }));
             }
             FromPage::Picture { scene, png } => requests::store_picture(&self.recent, &scene, &png)?,
+            FromPage::ModelPicture { id, model } => {
+                let picture = gallery::model_picture(&model).map(|png| STANDARD.encode(png));
+                return Ok(Some(ToPage::Result { of: id, results: vec![json!(picture)] }));
+            }
             FromPage::Film { id, on: true } => {
                 film_page::require_libraries()?;
                 guest.film.get_or_insert_with(|| FilmRecorder::new(MAX_FILM_BYTES));

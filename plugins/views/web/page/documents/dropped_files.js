@@ -5,10 +5,11 @@
 import { choose } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
 import { unzip } from "tatu/lib/zip";
-import { ask, upload, withRetries } from "tatu/net/connection";
-import { edit } from "tatu/scene/edits";
+import { ask, call, upload, withRetries } from "tatu/net/connection";
+import { edit, newMergeKey } from "tatu/scene/edits";
 import { reportError, writeLine } from "tatu/scene/messages";
-import { rights, scene } from "tatu/scene/store";
+import { subtree } from "tatu/scene/hierarchy";
+import { rights, scene, selectWhenPresent, watch, whenPresent } from "tatu/scene/store";
 import { openScene } from "tatu/documents/gallery";
 import { mayClose } from "tatu/documents/scene_file";
 
@@ -26,6 +27,8 @@ const ROBOT = /<(mujoco|robot|sdf)[\s>]/;
 const STANDALONE = /\.(toml|ttt|ttm|urdf|xacro|sdf|world|xml|mjcf|obj|stl|ply|dae|gltf|glb)$/i;
 /** Extensions of files that are added to the open scene, if there is one. */
 const MODEL = /\.(ttm|urdf|xacro|obj|stl|ply|dae|gltf|glb)$/i;
+/** Extensions of meshes, each of which becomes a shape. */
+const MESH = /\.(obj|stl|ply|dae|gltf|glb)$/i;
 /** Number of bytes in which the first element of a robot's file is expected. */
 const HEAD_BYTES = 8192;
 /** Maximum number of files that are sent together; the program enforces the same limit. */
@@ -102,6 +105,34 @@ async function sceneOf(names, files) {
 }
 
 /**
+ * Adds a model or a mesh to the open scene, or to a new scene if none is open, and says what was added.
+ * @param {string} path
+ */
+async function addToScene(path) {
+  const name = path.split("/").pop()?.replace(/\.\w+$/, "") ?? path;
+  if (!scene.objects.size) {
+    await call("tatu.newScene");
+    await new Promise((/** @type {(value?: undefined) => void} */ resolve) => { afterNextScene = resolve; });
+  }
+  const merge = newMergeKey();
+  const [[created] = []] = await edit(`Add ${name}`, [["sim.loadModel", path]], merge);
+  // The shape of a mesh has the name of its file.
+  if (MESH.test(path)) await edit(`Add ${name}`, [["tatu.set", created, "object.alias", name.replace(/\W/g, "_")]], merge);
+  await whenPresent(created);
+  selectWhenPresent([created]);
+  const alias = scene.objects.get(created)?.alias ?? name;
+  const count = subtree(created).length;
+  writeLine("Status", `Added ${alias}: ${count > 1 ? `${count} objects` : `one ${scene.objects.get(created)?.kind ?? "object"}`}`);
+}
+/** Called when the program has sent a scene with objects. @type {(() => void) | null} */
+let afterNextScene = null;
+watch("scene", () => {
+  if (!scene.objects.size) return;
+  afterNextScene?.();
+  afterNextScene = null;
+});
+
+/**
  * Sends files together, and opens the scene among them.
  * @param {Incoming[]} all
  * @param {string} title name of the folder or archive, for messages
@@ -115,8 +146,11 @@ async function sendTogether(all, title) {
   const hasTopFolder = parts.every((p) => p.length > 1 && p[0] === topFolder);
   const names = parts.map((p) => (hasTopFolder ? p.slice(1) : p).join("/"));
   const chosenScene = await sceneOf(names, files);
-  if (chosenScene === null) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml or .ttt, those of robots with .urdf, .xacro, .sdf, .world, .mjcf or .xml" };
-  if (!(await mayClose())) return;
+  // A mesh may have files beside it, such as materials and images.
+  const onlyMeshes = names.filter((name) => MESH.test(name));
+  const mesh = chosenScene === null && onlyMeshes.length === 1 ? onlyMeshes[0] : undefined;
+  if (chosenScene === null && mesh === undefined) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml or .ttt, those of robots with .urdf, .xacro, .sdf, .world, .mjcf or .xml" };
+  if (mesh === undefined && !(await mayClose())) return;
   const folderName = (hasTopFolder ? topFolder : title).replace(/\.zip$/i, "").replace(/[^\p{L}\p{N} ._()+-]/gu, "_").replace(/^\.+/, "");
   // The program links the folder to the connection, so after a loss, all files are sent again.
   const [folder, opened] = await withRetries(async () => {
@@ -125,23 +159,24 @@ async function sendTogether(all, title) {
     for (const [i, { file }] of files.entries()) {
       const name = names[i] ?? "";
       const path = await upload(file, name, created);
-      if (name === chosenScene) scenePath = path;
+      if (name === (chosenScene ?? mesh)) scenePath = path;
     }
     return [created, scenePath];
   });
   writeLine("Status", `${files.length} files are in ${folder}`);
-  await openScene(opened, true);
+  if (mesh === undefined) await openScene(opened, true);
+  else await addToScene(opened);
 }
 
 /**
- * Sends a single file. Adds it to the open scene if it is a model, otherwise opens it.
+ * Sends a single file. Adds it to the open scene if it is a mesh or a model, otherwise opens it.
  * @param {Incoming} incoming
  */
 async function sendOne({ name, file }) {
-  const isModel = MODEL.test(name) && scene.objects.size > 0;
+  const isModel = MESH.test(name) || (MODEL.test(name) && scene.objects.size > 0);
   if (!isModel && !(await mayClose())) return;
   const path = await withRetries(() => upload(file));
-  if (isModel) await edit(`Add ${name.replace(/\.\w+$/, "")}`, [["sim.loadModel", path]]);
+  if (isModel) await addToScene(path);
   else await openScene(path, true);
 }
 

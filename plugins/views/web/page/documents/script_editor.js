@@ -73,6 +73,13 @@ async function mayClose() {
 }
 addUnsavedSource(isUnsaved, mayClose);
 
+/** Shows the name of a script, which is a path if the script is in a file: then the file name. @param {Script} script */
+function showName(script) {
+  const heading = get("script-name");
+  heading.textContent = script.name.split(/[\\/]/).pop() ?? "";
+  heading.title = script.name;
+}
+
 /**
  * Opens a script of the scene.
  * @param {Script} script
@@ -81,10 +88,33 @@ export async function openScript(script) {
   if (openedScript?.id !== script.id && !(await mayClose())) return;
   openedScript = script;
   home = { file: scene.file, place: placeOf(script.id) };
-  get("script-name").textContent = script.name;
+  showName(script);
   get("script").hidden = false;
   if (!commands) send({ type: "commands" });
   send({ type: "script", script: script.id });
+}
+
+/** Handle of a new script that is opened as soon as the scene contains it; 0: none. */
+let pendingScript = 0;
+
+/** Returns all scripts of the scene. */
+const allScripts = () => [...scene.scripts, ...[...scene.objects.values()].flatMap((o) => o.scripts ?? [])];
+
+/** Opens the new script if the scene contains it. */
+function openPending() {
+  const found = pendingScript ? allScripts().find((s) => s.id === pendingScript) : undefined;
+  if (!found) return;
+  pendingScript = 0;
+  openScript(found);
+}
+
+/**
+ * Opens a script as soon as the scene contains it, which may be new.
+ * @param {number} id
+ */
+export function openNewScript(id) {
+  pendingScript = id;
+  openPending();
 }
 
 on("commands", (message) => { commands = message.commands; });
@@ -151,19 +181,24 @@ function followScene() {
 /** Requests the source of the open script again if the script has changed in the scene. */
 function refreshScript() {
   if (openedScript) home = { file: scene.file, place: placeOf(openedScript.id) || home.place };
-  const all = [...scene.scripts, ...[...scene.objects.values()].flatMap((o) => o.scripts ?? [])];
-  const current = all.find((s) => s.id === openedScript?.id);
+  const current = allScripts().find((s) => s.id === openedScript?.id);
   if (!current || current.version === openedScript?.version) return;
   openedScript = current;
+  showName(current);
   send({ type: "script", script: current.id });
 }
-watch("objects", refreshScript);
+watch("objects", () => {
+  refreshScript();
+  openPending();
+});
 watch("scene", () => {
+  if (scene.isNew) pendingScript = 0;
   if (openedScript && (scene.isNew || isReconnected)) {
     if (isReconnected) send({ type: "commands" });
     followScene();
   } else refreshScript();
   isReconnected = false;
+  openPending();
 });
 
 /**

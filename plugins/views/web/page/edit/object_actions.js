@@ -37,6 +37,11 @@ export function copyToClipboard(cut) {
   writeLine("Status", `${cut ? "Cut" : "Copied"} ${describeObjects(ids)}`);
 }
 
+/** Returns whether objects have been copied or cut that can be pasted. */
+export function hasCopied() {
+  return topmost(clipboard.ids).length > 0;
+}
+
 /**
  * Copies objects with all objects below them, and selects the copies.
  * @param {string} word verb for the label of the edit

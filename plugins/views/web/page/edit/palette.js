@@ -3,7 +3,8 @@
 // then clicking a point in the view.
 
 import { get, make } from "tatu/lib/dom";
-import { call, on } from "tatu/net/connection";
+import { icon } from "tatu/lib/icons";
+import { ask, call, on } from "tatu/net/connection";
 import { reportError } from "tatu/scene/messages";
 import { rights } from "tatu/scene/store";
 import { FIXED, devices, models } from "tatu/edit/palette_items";
@@ -19,11 +20,32 @@ const list = get("items");
 const CLICK_TOLERANCE = 4;
 let filled = false;
 
+// Pictures of models are requested when their items become visible.
+const pictureObserver = new IntersectionObserver((entries) => {
+  for (const { isIntersecting, target } of entries) {
+    const picture = target.querySelector("img");
+    if (!isIntersecting || !picture) continue;
+    pictureObserver.unobserve(target);
+    ask({ type: "model_picture", model: picture.dataset.model ?? "" }, "the picture of a model").then(([png]) => {
+      if (!png) return;
+      picture.src = `data:image/png;base64,${png}`;
+      picture.hidden = false;
+    }).catch(() => {});
+  }
+});
+
 /** Creates the button of an item. @param {Item} item */
 function itemButton(item) {
   const b = make("button", { className: "entry", title: item.text });
   b.dataset.item = item.name;
-  b.append(make("strong", { textContent: item.name.replaceAll("_", " ") }), make("small", { textContent: item.text }));
+  if (item.model) {
+    const picture = make("img", { alt: "", width: 112, height: 84, hidden: true });
+    b.classList.add("pictured");
+    b.append(icon("model"), picture);
+    picture.dataset.model = item.model;
+    pictureObserver.observe(b);
+  }
+  b.append(make("strong", { textContent: item.title ?? item.name.replaceAll("_", " ") }), make("small", { textContent: item.text }));
   /** @type {{ x: number, y: number } | null} */
   let press = null;
   b.onpointerdown = (e) => {
@@ -48,7 +70,9 @@ function itemButton(item) {
 /** Creates a section. @param {Section} section */
 function sectionElement({ name, items }) {
   const element = make("details", { open: name === "Shapes" });
-  element.append(make("summary", { textContent: name }), ...items.map(itemButton));
+  const group = make("div", { className: items.some((item) => item.model) ? "pictures" : "" });
+  group.append(...items.map(itemButton));
+  element.append(make("summary", { textContent: name }), group);
   return element;
 }
 
@@ -58,7 +82,7 @@ async function fill() {
   try {
     const [[kinds], [modelList]] = await Promise.all([call("tatu.kinds"), call("tatu.models")]);
     const [shapes, joints, others] = FIXED;
-    const sections = [shapes, joints, ...devices(kinds), others, models(modelList)].filter((s) => s !== undefined);
+    const sections = [shapes, ...models(modelList), joints, ...devices(kinds), others].filter((s) => s !== undefined);
     list.replaceChildren(...sections.map(sectionElement));
   } catch (thrown) {
     filled = false;

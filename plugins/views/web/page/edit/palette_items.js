@@ -2,10 +2,11 @@
 // The items of the palette, with their descriptions in the format of scene files. This module does not access the DOM.
 
 /**
- * An item of the palette, described by `toml`, or a model with the id `model`. `form` and `size` (m) are those of the
+ * An item of the palette, described by `toml`, or a model with the id `model`. `name` is that of the edit, `title` the one
+ * shown in the palette, if it is another; `isRobot` is whether a model is expected to move by itself. `form` and `size` (m) are those of the
  * preview; `lift` is the height of the origin above the surface below, m; `attach` is whether the new object is
  * attached to the object below.
- * @typedef {{ name: string, text: string, toml: string, model?: string, form: string, size: [number, number, number], lift: number, attach: boolean }} Item
+ * @typedef {{ name: string, title?: string, text: string, toml: string, model?: string, isRobot?: boolean, form: string, size: [number, number, number], lift: number, attach: boolean }} Item
  */
 /** @typedef {{ name: string, items: Item[] }} Section */
 
@@ -95,12 +96,54 @@ export function devices(kinds) {
   return sections.filter((s) => s.items.length);
 }
 
+/** Sections of models in the order of the palette, by category. Those of other categories follow. */
+const MODEL_SECTIONS = [
+  "mobile robots", "arms", "grippers", "flying robots", "legged robots", "boats", "sensors", "machines", "furniture", "structures", "course items", "people",
+];
+/** Titles of sections of models that cannot be derived from the category. @type {{ [category: string]: string | undefined }} */
+const SECTION_TITLES = { sensors: "Sensor models", "": "Other models" };
+/** Categories of models that are expected to move by themselves. */
+const ROBOTS = /robots|arms|boats/;
+/** Maximum length of a title that is taken from the description of a model, characters. */
+const MAX_TITLE_LENGTH = 32;
+
+/** Returns a text with its first letter in upper case. @param {string} text */
+const capitalized = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
 /**
- * Returns a section with items for the models that `tatu.models` lists.
- * @param {{ id: string, text: string }[]} models
- * @returns {Section}
+ * Returns the title of a model: the beginning of its description, as in "Thymio II, a robot for schools: two wheels", or
+ * its id if the description does not begin with a name.
+ * @param {string} id
+ * @param {string} text
+ */
+export function titleOf(id, text) {
+  const name = text.match(/^(\S.*?)(?: as in | after |, | with |: )/)?.[1] ?? "";
+  const isName = name.length > 0 && name.length <= MAX_TITLE_LENGTH && !/^(an?|the) /i.test(name);
+  return isName ? name.replaceAll("_", " ") : capitalized(id.replaceAll("_", " "));
+}
+
+/**
+ * Returns sections with items for the models that `tatu.models` lists, one for each category.
+ * @param {{ id: string, text: string, category?: string }[]} models
+ * @returns {Section[]}
  */
 export function models(models) {
-  const items = models.map(({ id, text }) => ({ ...otherItem(id, text, ""), model: id, form: "box", size: /** @type {[number, number, number]} */ ([0.4, 0.4, 0.01]) }));
-  return { name: "Models", items };
+  /** @type {Map<string, Item[]>} */
+  const sections = new Map(MODEL_SECTIONS.map((category) => [category, []]));
+  for (const { id, text, category = "" } of models) {
+    const item = {
+      ...otherItem(id, text, ""), title: titleOf(id, text), model: id, form: "box", size: /** @type {[number, number, number]} */ ([0.4, 0.4, 0.01]),
+      attach: category === "sensors", isRobot: ROBOTS.test(category),
+    };
+    const items = sections.get(category);
+    if (items) items.push(item);
+    else sections.set(category, [item]);
+  }
+  // Models with the same description, such as those with an older and a newer name, are told apart by their ids.
+  const all = [...sections.values()].flat();
+  const repeated = all.filter((item) => all.some((other) => other !== item && other.title === item.title));
+  for (const item of repeated) item.title += ` (${item.name})`;
+  for (const items of sections.values()) items.sort((a, b) => (a.title ?? "").localeCompare(b.title ?? "", "en"));
+  const filled = [...sections].filter(([, items]) => items.length);
+  return filled.map(([category, items]) => ({ name: SECTION_TITLES[category] ?? capitalized(category), items }));
 }

@@ -5,8 +5,9 @@
 import * as THREE from "three";
 import { call } from "tatu/net/connection";
 import { edit, newMergeKey } from "tatu/scene/edits";
-import { reportError } from "tatu/scene/messages";
-import { scene, selectWhenPresent } from "tatu/scene/store";
+import { subtree } from "tatu/scene/hierarchy";
+import { reportError, writeLine } from "tatu/scene/messages";
+import { scene, selectWhenPresent, whenPresent } from "tatu/scene/store";
 import { surfaceAt, viewCenter } from "tatu/view/picking";
 import { controls, host, redraw, stage } from "tatu/view/renderer";
 import { lengthStep, snapLength } from "tatu/edit/snap_settings";
@@ -85,6 +86,62 @@ function parentFor(id) {
 }
 
 /**
+ * Returns the body to which a model is attached that is put on the object `id`: the nearest shape that collides, of those
+ * that move together with the object. What one sees of a robot is often only a cover of its body.
+ * @param {number} id
+ */
+function bodyFor(id) {
+  for (let o = scene.objects.get(parentFor(id)); o?.kind === "shape"; o = scene.objects.get(o.parent)) if (o.collides) return o.id;
+  return parentFor(id);
+}
+
+/**
+ * Adds a script to a new model that has none: a wheeled robot gets one that drives it. Says so, or says that a robot
+ * without wheels has no script.
+ * @param {Item} item
+ * @param {number} id
+ * @param {string} label label of the edit
+ * @param {string} merge
+ */
+async function addDriveScript(item, id, label, merge) {
+  if (!item.isRobot) return;
+  await whenPresent(id);
+  if (subtree(id).some((below) => scene.objects.get(below)?.scripts?.length)) return;
+  const name = scene.objects.get(id)?.alias ?? item.name;
+  const [drive] = await call("tatu.get", id, "object.drive");
+  if (drive?.type) {
+    const text = await (await fetch("/page/edit/drive.lua")).text();
+    await edit(label, [["tatu.addScript", id, text]], merge);
+    writeLine("Status", `${name} has a script that drives it around: double-click it to change the script`);
+  } else writeLine("Status", `${name} has no script: double-click it to write one`);
+}
+
+/**
+ * Adds a model to the scene, with the origin of the model at a point. Sensors are attached to the body at this point.
+ * @param {Item} item
+ * @param {string} model the id of the model
+ * @param {{ id: number, point: THREE.Vector3 }} found
+ */
+async function placeModel(item, model, found) {
+  const { x, y, z } = found.point;
+  const label = `Add ${item.name}`;
+  const merge = newMergeKey();
+  const [[created] = []] = await edit(label, [["tatu.addModel", model]], merge);
+  const [position] = await call("tatu.get", created, "object.position");
+  await edit(label, [["tatu.set", created, "object.position", [x, y, round(position[2] + z)]]], merge);
+  const parent = item.attach ? bodyFor(found.id) : 0;
+  if (parent) {
+    await edit(label, [["tatu.set", created, "object.parent", parent]], merge);
+    writeLine("Status", `${item.title ?? item.name} is attached to ${scene.objects.get(parent)?.alias ?? "the body below it"}`);
+  }
+  try {
+    await addDriveScript(item, created, label, merge);
+  } finally {
+    selectWhenPresent([created]);
+  }
+}
+
+/**
  * Adds an item to the scene at the surface under the pointer.
  * @param {Item} item
  * @param {Pointer} at
@@ -97,10 +154,7 @@ async function placeItem(item, at) {
   const merge = newMergeKey();
   try {
     if (item.model) {
-      const [[created] = []] = await edit(label, [["tatu.addModel", item.model]], merge);
-      const [position] = await call("tatu.get", created, "object.position");
-      await edit(label, [["tatu.set", created, "object.position", [x, y, round(position[2] + z)]]], merge);
-      selectWhenPresent([created]);
+      await placeModel(item, item.model, found);
       return;
     }
     const [[created] = []] = await edit(label, [["tatu.add", item.toml, 0, [x, y, z]]], merge);

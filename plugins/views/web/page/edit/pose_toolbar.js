@@ -2,6 +2,7 @@
 // The toolbar for moving and rotating objects: the frame of reference, and fields for coordinates.
 
 import { get, make } from "tatu/lib/dom";
+import { evaluate } from "tatu/lib/expressions";
 import { compose, frameOf, inverse, positionOf, rotationAbout, rotationOf, translationAlong } from "tatu/lib/poses";
 import { conjugate, fromDegrees, multiply, toDegrees } from "tatu/lib/rotations";
 import { reason } from "tatu/net/calls";
@@ -116,8 +117,8 @@ async function apply(i, value) {
 async function applyText(i, text) {
   const f = fields[i];
   if (!f) return;
-  const value = text.trim() === "" ? NaN : Number(text.trim().replace(",", "."));
   try {
+    const value = evaluate(text, moveTool.mode === "rotate" ? "\u00b0" : "m");
     if (!Number.isFinite(value)) throw { error: `expected a number in ${moveTool.mode === "rotate" ? "degrees" : "m"}` };
     f.shown = f.field.value;
     await apply(i, value);

@@ -48,6 +48,12 @@ canvas.addEventListener("pointerup", (e) => {
   select(isSecondClick ? part : model);
 });
 
+// A double click looks at a point, and must not select a part of the model by its second click.
+canvas.addEventListener("dblclick", (e) => {
+  const part = hitAt(e)?.id ?? 0;
+  if (part && selected() === part) select(modelOf(part));
+});
+
 // A drag selects by a box if the tool is active, or with Shift. During a run, a drag with Shift pushes bodies, so it
 // must then start on the ground.
 tool.onclick = () => tool.setAttribute("aria-pressed", String(tool.getAttribute("aria-pressed") !== "true"));

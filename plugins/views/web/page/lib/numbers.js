@@ -1,5 +1,5 @@
 // @ts-check
-// Formats, parses and rounds numbers. This module does not access the DOM, so it can be tested without a browser.
+// Formats and rounds numbers. This module does not access the DOM, so it can be tested without a browser.
 
 /**
  * Formats a number: an integer with all its digits, any other number with up to six significant digits.
@@ -11,19 +11,6 @@ export function formatNumber(x, factor = 1) {
   if (typeof x !== "number") return "";
   const y = x * factor;
   return Number.isInteger(y) ? String(y + 0) : String(+y.toPrecision(6) + 0);
-}
-
-/**
- * Parses a typed number, and divides it by a factor. Returns NaN if it is invalid. A single comma is accepted as the
- * decimal separator.
- * @param {string} text
- * @param {number} [factor]
- * @returns {number}
- */
-export function parseNumber(text, factor = 1) {
-  const t = text.trim().replace("\u2212", "-");
-  if (/^[+-]?(inf|\u221e)$/i.test(t)) return t.startsWith("-") ? -Infinity : Infinity;
-  return t === "" ? NaN : Number(/^[^.,]*,[^.,]*$/.test(t) ? t.replace(",", ".") : t) / factor;
 }
 
 /**

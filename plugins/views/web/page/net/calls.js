@@ -19,12 +19,20 @@ export function failure(thrown) {
 }
 
 /**
+ * Returns an error message without the names of the commands that the page has called, which precede the message.
+ * @param {string} error
+ */
+export function withoutCommands(error) {
+  return error.replace(/^((tatu|sim)\.\w+: )+/, "");
+}
+
+/**
  * Returns the message and help of an error for display, without the names of the commands that were called.
  * @param {unknown} thrown
  */
 export function reason(thrown) {
   const { error, help } = failure(thrown);
-  const text = error.replace(/^((tatu|sim)\.\w+: )+/, "");
+  const text = withoutCommands(error);
   return help ? `${text}; ${help}` : text;
 }
 

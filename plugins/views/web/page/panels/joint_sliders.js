@@ -2,7 +2,8 @@
 // Sliders for the position of the selected joint, or of all joints of the selected model.
 
 import { get, make } from "tatu/lib/dom";
-import { formatNumber, parseNumber } from "tatu/lib/numbers";
+import { evaluate } from "tatu/lib/expressions";
+import { formatNumber } from "tatu/lib/numbers";
 import { eachEntry } from "tatu/net/binary_messages";
 import { reason, sendLatest } from "tatu/net/calls";
 import { on } from "tatu/net/connection";
@@ -98,7 +99,7 @@ async function createSlider(o) {
   });
   slider.setAttribute("aria-label", `Position of ${o.alias}`);
   const field = textInput(`Position of ${o.alias} in ${isPrismatic ? "m" : "degrees"}`, async (text) => {
-    const to = parseNumber(text, unit.factor);
+    const to = evaluate(text, unit.text) / unit.factor;
     if (!Number.isFinite(to)) throw { error: `expected a number in ${unit.text}, found "${text}"` };
     await moveJoint(j, to);
   }, (text) => { errorText.textContent = text; });

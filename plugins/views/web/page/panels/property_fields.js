@@ -3,7 +3,8 @@
 // being typed is never replaced, and updates do not move the focus.
 
 import { make } from "tatu/lib/dom";
-import { formatNumber, parseNumber } from "tatu/lib/numbers";
+import { evaluate } from "tatu/lib/expressions";
+import { formatNumber } from "tatu/lib/numbers";
 import { reason, sendLatest } from "tatu/net/calls";
 import { newMergeKey } from "tatu/scene/edits";
 import { colorOf, encodeNumber, formOf, hexOf, partNames } from "tatu/scene/property_format";
@@ -79,14 +80,12 @@ export function textInput(label, applyText, showError, isLong = false) {
 }
 
 /**
- * Parses a typed number. Throws a failure if it is invalid.
+ * Evaluates a typed number. Throws a failure if it is invalid.
  * @param {string} text
  * @param {{ text: string, factor: number }} unit
  */
 function number(text, unit) {
-  const x = parseNumber(text, unit.factor);
-  if (Number.isNaN(x)) throw { error: `expected a number${unit.text ? ` in ${unit.text}` : ""}, found "${text}"` };
-  return x;
+  return evaluate(text, unit.text) / unit.factor;
 }
 
 /**

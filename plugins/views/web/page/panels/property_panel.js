@@ -6,8 +6,10 @@ import { get, make } from "tatu/lib/dom";
 import { icon } from "tatu/lib/icons";
 import { on, send } from "tatu/net/connection";
 import { describeObjects, edit } from "tatu/scene/edits";
-import { GROUPS, formOf, groupOf, labelOf, nameOf, unitOf } from "tatu/scene/property_format";
+import { subtree } from "tatu/scene/hierarchy";
+import { GROUPS, TYPE, formOf, groupOf, labelOf, nameOf, unitOf } from "tatu/scene/property_format";
 import { rights, scene, selected, watch } from "tatu/scene/store";
+import { sizeOf } from "tatu/view/objects";
 import { openScript } from "tatu/documents/script_editor";
 import { toggleWindow } from "tatu/windows/open_windows";
 import { plotRow, plottableCount } from "tatu/windows/plot_window";
@@ -125,6 +127,46 @@ function lineOf(row, isPrismatic, signature) {
   return { element, signature, row, field, name };
 }
 
+/**
+ * Returns whether the base of a model is hidden while other parts of the model are visible.
+ * @param {number} id
+ */
+function isOnlyBaseHidden(id) {
+  const o = scene.objects.get(id);
+  return o !== undefined && o.model && !o.visible && subtree(id).some((below) => scene.objects.get(below)?.visible && scene.objects.get(below)?.parts?.length);
+}
+
+/**
+ * Returns a property as the panel shows it; null: not at all.
+ * @param {PropertyRow} row
+ * @returns {PropertyRow | null}
+ */
+function shownRow(row) {
+  const parts = scene.objects.get(shownId)?.parts ?? [];
+  // The drive is omitted for objects that do not have one.
+  if (row.key === "object.drive" && !Object.keys(row.value ?? {}).length) return null;
+  if (row.key === "shape.size") {
+    if (parts.some((p) => p.form === "plane")) return null;
+    // The size of a mesh, or of several parts, is not a property that can be set.
+    if (parts.length === 1 && parts[0]?.form !== "mesh") return row;
+    const size = sizeOf(shownId);
+    return size && { ...row, settable: false, value: size, text: "Size of the bounding box along the axes of the object." };
+  }
+  if (row.key === "object.visible" && isOnlyBaseHidden(shownId)) {
+    return { ...row, type: TYPE.text, settable: false, value: "yes, except its base", text: "The model is visible. Its base is a hidden body, which only collides." };
+  }
+  return row;
+}
+
+/** Removes the groups without properties. */
+function removeEmptyGroups() {
+  for (const [name, group] of groups) {
+    if (group.querySelector(".row")) continue;
+    group.remove();
+    groups.delete(name);
+  }
+}
+
 on("details", (message) => {
   if (message.object !== selected()) return;
   if (shownId !== message.object) clear();
@@ -132,9 +174,9 @@ on("details", (message) => {
   const kind = scene.objects.get(shownId)?.kind ?? "";
   const isPrismatic = message.rows.some((row) => row.key === "joint.type" && row.value === "prismatic");
   const removed = new Set(lines.keys());
-  for (const row of message.rows) {
-    // The drive is omitted for objects that do not have one.
-    if (row.key === "object.drive" && !Object.keys(row.value ?? {}).length) continue;
+  for (const received of message.rows) {
+    const row = shownRow(received);
+    if (!row) continue;
     removed.delete(row.key);
     const signature = signatureOf(row, isPrismatic);
     const existing = lines.get(row.key);
@@ -152,6 +194,7 @@ on("details", (message) => {
     lines.get(key)?.element.remove();
     lines.delete(key);
   }
+  removeEmptyGroups();
   option.hidden = false;
 });
 
@@ -188,10 +231,13 @@ windowButton.onclick = () => {
 };
 heading.after(windowButton);
 
+/** Returns the title of a scene: its file name without the extension. @param {string} file */
+const titleOf = (file) => (file.split(/[\\/]/).pop() ?? "").replace(/\.\w+$/, "").replaceAll("_", " ");
+
 function showHeading() {
   const o = scene.objects.get(selected());
   windowButton.hidden = !windowOf(selected());
-  heading.textContent = o ? `${o.alias} \u2014 ${o.sensor ?? o.kind}` : "Nothing is selected";
+  heading.textContent = o ? `${o.alias} \u2014 ${o.model ? "model" : o.sensor ?? o.kind}` : titleOf(scene.file) || "Nothing is selected";
 }
 
 watch("selected", (id) => {

@@ -4,6 +4,7 @@
 
 import { get } from "tatu/lib/dom";
 import { icon } from "tatu/lib/icons";
+import { nameInModel } from "tatu/scene/hierarchy";
 import { scene, select, selectAll, selected, selection, watch } from "tatu/scene/store";
 import { openScript } from "tatu/documents/script_editor";
 
@@ -13,6 +14,8 @@ const tree = get("tree");
 const search = get("search", HTMLInputElement);
 /** Handles of the collapsed objects. @type {Set<number>} */
 const collapsed = new Set();
+/** Handles of the objects that were in the scene before. @type {Set<number>} */
+const known = new Set();
 /** The displayed rows, by the handle of the object. @type {Map<number, HTMLElement>} */
 let items = new Map();
 
@@ -47,20 +50,23 @@ function item(object, children) {
   row.id = `object-${object.id}`;
   const arrow = document.createElement("span");
   arrow.className = "twist";
-  arrow.textContent = children.length ? (collapsed.has(object.id) ? "\u25B8" : "\u25BE") : "";
+  // A search shows what it has found, also in collapsed objects.
+  const isOpen = !collapsed.has(object.id) || search.value.trim() !== "";
+  arrow.textContent = children.length ? (isOpen ? "\u25BE" : "\u25B8") : "";
   arrow.onclick = (e) => {
     e.stopPropagation();
     if (!collapsed.delete(object.id)) collapsed.add(object.id);
     draw();
   };
-  if (children.length) row.setAttribute("aria-expanded", String(!collapsed.has(object.id)));
+  if (children.length) row.setAttribute("aria-expanded", String(isOpen));
   const kind = document.createElement("span");
   kind.className = "kind";
   kind.append(icon(object.model ? "model" : object.kind));
   kind.title = object.sensor ?? object.kind;
   const name = document.createElement("span");
   name.className = "alias";
-  name.textContent = object.alias;
+  name.textContent = nameInModel(object);
+  name.title = object.alias;
   row.append(arrow, kind, name);
   for (const script of object.scripts ?? []) {
     row.append(button("script", `Script ${script.name}`, () => openScript(script)));
@@ -69,7 +75,7 @@ function item(object, children) {
   row.ondblclick = () => { const [script] = object.scripts ?? []; if (script) openScript(script); };
   items.set(object.id, row);
   li.append(row);
-  if (children.length && !collapsed.has(object.id)) {
+  if (children.length && isOpen) {
     const ul = document.createElement("ul");
     ul.setAttribute("role", "group");
     ul.append(...children);
@@ -163,9 +169,14 @@ tree.addEventListener("keydown", (e) => {
 });
 search.oninput = draw;
 watch("scene", () => {
-  // In large scenes, models are collapsed at first, because users usually look for the base of a model.
-  if (scene.objects.size > 60 && !tree.childElementCount) {
-    for (const o of scene.objects.values()) if (o.model) collapsed.add(o.id);
+  // Models are collapsed at first, because users usually look for the base of a model.
+  if (scene.isNew) {
+    collapsed.clear();
+    known.clear();
+  }
+  for (const o of scene.objects.values()) {
+    if (o.model && !known.has(o.id)) collapsed.add(o.id);
+    known.add(o.id);
   }
   draw();
 });

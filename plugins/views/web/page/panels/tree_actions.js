@@ -5,11 +5,14 @@ import { ask } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
 import { openMenu } from "tatu/lib/menu";
 import { edit } from "tatu/scene/edits";
-import { topmost } from "tatu/scene/hierarchy";
+import { subtree, topmost } from "tatu/scene/hierarchy";
 import { reportError } from "tatu/scene/messages";
+import { TYPE } from "tatu/scene/property_format";
 import { rights, scene, select, selected, selection } from "tatu/scene/store";
-import { duplicate, remove, rename, reparent } from "tatu/edit/object_actions";
-import { openScript } from "tatu/documents/script_editor";
+import { fitSelection, followSelection } from "tatu/view/camera_controls";
+import { copyToClipboard, duplicate, hasCopied, paste, remove, rename, reparent } from "tatu/edit/object_actions";
+import { openNewScript, openScript } from "tatu/documents/script_editor";
+import { plotRow } from "tatu/windows/plot_window";
 import { rowOf } from "tatu/panels/tree";
 
 const tree = get("tree");
@@ -107,11 +110,24 @@ addEventListener("pointerup", (e) => {
 /** Source of a new script. */
 const SCRIPT = "function sysCall_init()\nend\n\nfunction sysCall_actuation()\nend\n";
 
-/** Adds a script to an object. @param {number} id */
+/** Adds a script to an object, and opens it. @param {number} id */
 async function addScript(id) {
   const name = scene.objects.get(id)?.alias ?? "object";
-  await edit(`Add script to ${name}`, [["tatu.addScript", id, SCRIPT]]).catch(reportError);
+  try {
+    const [[created] = []] = await edit(`Add script to ${name}`, [["tatu.addScript", id, SCRIPT]]);
+    openNewScript(created);
+  } catch (thrown) {
+    reportError(thrown);
+  }
 }
+
+// A double click on an object opens its script (in the tree), and on a model without any script adds one.
+tree.addEventListener("dblclick", (e) => {
+  const id = Number(rowAt(e.target)?.dataset.id ?? 0);
+  const isTool = e.target instanceof Element && e.target.closest("button, input, .twist") !== null;
+  if (isTool || !rights.canControl || !scene.objects.get(id)?.model) return;
+  if (!subtree(id).some((below) => scene.objects.get(below)?.scripts?.length)) addScript(id);
+});
 
 /** Removes the first script of an object after asking the user. @param {number} id */
 async function removeScript(id) {
@@ -120,6 +136,13 @@ async function removeScript(id) {
   if (!o || !script) return;
   const chosen = await ask("Remove the script?", `The script ${script.name} will be removed. This can be undone.`, ["Remove", "Cancel"]);
   if (chosen === "Remove") await edit(`Remove script from ${o.alias}`, [["tatu.remove", [script.id]]]).catch(reportError);
+}
+
+/** Plots the position of an object, or of a joint. @param {number} id */
+function plotPosition(id) {
+  const isJoint = scene.objects.get(id)?.kind === "joint";
+  const position = isJoint ? { key: "joint.position", value: 0, unit: "rad|m" } : { key: "object.position", value: [0, 0, 0], unit: "m" };
+  plotRow(id, { type: TYPE.floats, count: 0, text: "", settable: false, choices: [], ...position });
 }
 
 /**
@@ -134,12 +157,18 @@ function openContextMenu(x, y) {
   const isSingle = selection().length === 1;
   const script = o.scripts?.[0];
   openMenu(x, y, [
+    { name: "Fit into the view", keys: "F", action: fitSelection, isDisabled: false },
+    { name: "Follow", keys: "", action: followSelection, isDisabled: !isSingle },
+    { name: "Plot position", keys: "", action: () => plotPosition(id), isDisabled: !isSingle },
     { name: "Rename", keys: "F2", action: renameSelected, isDisabled: !isSingle || !rights.canControl },
+    { name: "Copy", keys: "Ctrl+C", action: () => copyToClipboard(false), isDisabled: !rights.canControl },
+    { name: "Cut", keys: "Ctrl+X", action: () => copyToClipboard(true), isDisabled: !rights.canControl },
+    { name: "Paste", keys: "Ctrl+V", action: paste, isDisabled: !rights.canControl || !hasCopied() },
     { name: "Duplicate", keys: "Ctrl+D", action: duplicate, isDisabled: !rights.canControl },
     { name: "Delete", keys: "Delete", action: remove, isDisabled: !rights.canControl },
     { name: "Detach", keys: "", action: () => reparent(topmost(selection()), 0), isDisabled: !rights.canControl || !o.parent },
     { name: "Open script", keys: "Enter", action: () => { if (script) openScript(script); }, isDisabled: !isSingle || !script },
-    { name: "Add script", keys: "", action: () => addScript(id), isDisabled: !isSingle || !rights.canControl },
+    { name: "Add script and open it", keys: "", action: () => addScript(id), isDisabled: !isSingle || !rights.canControl },
     { name: "Remove script", keys: "", action: () => removeScript(id), isDisabled: !isSingle || !script || !rights.canControl },
   ]);
 }

@@ -43,6 +43,7 @@ on("state", (message) => {
   get("play").classList.toggle("on", state === "running");
   get("pause").classList.toggle("on", state === "paused");
   get("stop").classList.toggle("on", state === "stopped");
+  get("stop", HTMLButtonElement).disabled = state === "stopped";
   if (state === "stopped") get("time").textContent = formatTime(0);
   if (state !== "running") showPace(null);
   get("speed").textContent = speed > 0 ? `${speed}x` : "max";
@@ -63,7 +64,7 @@ function formatTime(t) {
  */
 function showPace(factor) {
   const step = `dt ${+(dt * 1000).toFixed(3)} ms`;
-  get("factor").textContent = factor === null ? step : `${step} \u00B7 ${factor.toFixed(2)}x`;
+  get("factor").textContent = factor === null ? step : `${step} \u00B7 ${factor < 0.1 ? factor.toPrecision(1) : factor.toFixed(2)}x`;
 }
 
 /** @type {{ now: number, time: number } | null} */

@@ -3,6 +3,8 @@
 
 import { scene } from "tatu/scene/store";
 
+/** @import { SceneObject } from "tatu/protocol" */
+
 /**
  * Returns whether the object `id` is below the object `ancestor` in the tree.
  * @param {number} id
@@ -48,6 +50,19 @@ export function modelOf(id) {
   let found = id;
   for (let o = scene.objects.get(id); o; o = scene.objects.get(o.parent)) if (o.model) found = o.id;
   return found;
+}
+
+/**
+ * Returns the name of an object in the tree: without the name of its model, with which names of parts often begin.
+ * @param {SceneObject} object
+ */
+export function nameInModel(object) {
+  for (let o = scene.objects.get(object.parent); o; o = scene.objects.get(o.parent)) {
+    if (!o.model) continue;
+    const rest = object.alias.startsWith(`${o.alias}_`) ? object.alias.slice(o.alias.length + 1) : "";
+    return rest || object.alias;
+  }
+  return object.alias;
 }
 
 /**

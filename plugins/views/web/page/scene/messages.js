@@ -1,7 +1,7 @@
 // @ts-check
 // Messages to the user: lines of text, each for a tab of the output.
 
-import { failure } from "tatu/net/calls";
+import { failure, withoutCommands } from "tatu/net/calls";
 
 /** A line: the name of its tab, its text, and its level: "", "warning" or "error". @typedef {{ tab: string, text: string, level: string }} Line */
 
@@ -32,5 +32,6 @@ export function writeLine(tab, text, level = "") {
  */
 export function reportError(thrown) {
   const { error, help } = failure(thrown);
-  writeLine("Status", help ? `${error} (${help})` : error, "error");
+  const text = withoutCommands(error);
+  writeLine("Status", help ? `${text} (${help})` : text, "error");
 }

@@ -35,7 +35,7 @@ export function nameOf(key) {
 }
 
 const PLACE_KEYS = ["alias", "parent", "position", "orientation", "visible"];
-const SHAPE_KEYS = ["primitive", "size", "color", "opacity", "convex", "detectable", "material"];
+const SHAPE_KEYS = ["primitive", "size", "color", "opacity", "texture", "convex", "detectable", "material"];
 /** Keys of properties that are rarely set, and are shown in the group "More". */
 const ADVANCED_KEYS = [
   "shape.mesh", "shape.respondable_mask", "shape.detectable_mask", "shape.joint_solver", "shape.bullet", "shape.asleep", "shape.friction_axis",

@@ -7,15 +7,16 @@ import { subscribe } from "tatu/net/subscriptions";
 
 /** @import { SceneObject, Script } from "tatu/protocol" */
 /**
- * The scene. `objects` contains its objects by handle; `isNew` is set if this is not the scene that was shown before.
- * @typedef {{ file: string, opened: number, isNew: boolean, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
+ * The scene. `objects` contains its objects by handle; `isNew` is set if this is not the scene that was shown before; `about`
+ * and `suggestion` are from the comment at the beginning of its file.
+ * @typedef {{ file: string, opened: number, isNew: boolean, dt: number, about: string, suggestion: string, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
  */
 
 /**
  * The scene that the program sent last.
  * @type {Scene}
  */
-export const scene = { file: "", opened: -1, isNew: true, dt: 0.05, objects: new Map(), scripts: [] };
+export const scene = { file: "", opened: -1, isNew: true, dt: 0.05, about: "", suggestion: "", objects: new Map(), scripts: [] };
 /** The rights of this page: `canControl` is whether it has control rights. */
 export const rights = { canControl: true };
 
@@ -91,6 +92,28 @@ function selectPending() {
   if (pendingIds.length && pendingIds.every((id) => scene.objects.has(id))) selectAll(pendingIds);
 }
 
+/** Functions that wait for objects, by the handle of the object. @type {Map<number, (() => void)[]>} */
+const waiting = new Map();
+
+/**
+ * Returns a promise that is resolved as soon as the scene contains an object, which may be new.
+ * @param {number} id
+ * @returns {Promise<void>}
+ */
+export function whenPresent(id) {
+  if (scene.objects.has(id)) return Promise.resolve();
+  return new Promise((resolve) => waiting.set(id, [...(waiting.get(id) ?? []), resolve]));
+}
+
+/** Resolves the promises of `whenPresent` for objects that the scene contains now. */
+function resolveWaiting() {
+  for (const [id, all] of waiting) {
+    if (!scene.objects.has(id)) continue;
+    waiting.delete(id);
+    for (const resolve of all) resolve();
+  }
+}
+
 /** Requests the images or streams of the object that was selected last. */
 function subscribeToSelected() {
   const id = selected();
@@ -103,15 +126,19 @@ function showFileName() {
   get("name").textContent = scene.file.split(/[\\/]/).pop() || "no scene";
 }
 
-on("scene", ({ file, opened, dt, objects, scripts }) => {
-  Object.assign(scene, { file, isNew: file !== scene.file || opened !== scene.opened, opened, dt, scripts, objects: new Map(objects.map((o) => [o.id, o])) });
+on("scene", ({ file, opened, dt, objects, scripts, about, try: suggestion }) => {
+  Object.assign(scene, { file, isNew: file !== scene.file || opened !== scene.opened, opened, dt, scripts, about: about ?? "", suggestion: suggestion ?? "", objects: new Map(objects.map((o) => [o.id, o])) });
   showFileName();
   // The handles of another scene are those of other objects.
-  if (scene.isNew) selectAll([]);
+  if (scene.isNew) {
+    selectAll([]);
+    waiting.clear();
+  }
   for (const f of watchers.scene) f(scene);
   const remaining = selectedIds.filter((id) => scene.objects.has(id));
   if (remaining.length < selectedIds.length) selectAll(remaining);
   selectPending();
+  resolveWaiting();
 });
 on("objects", ({ objects }) => {
   const existing = objects.filter((o) => scene.objects.has(o.id));

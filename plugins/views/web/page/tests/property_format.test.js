@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { parseNumber, formatNumber } from "../lib/numbers.js";
+import { formatNumber } from "../lib/numbers.js";
 import { colorOf, formOf, groupOf, hexOf, labelOf, nameOf, partNames, encodeNumber, unitOf } from "../scene/property_format.js";
 
 test("names in words", () => {
@@ -30,17 +30,13 @@ test("degrees stand for rad, also in units of joints", () => {
   assert.equal(unitOf("rad/s|m/s").text, "\u00b0/s");
   assert.equal(unitOf("N m|N", true).text, "N");
   assert.equal(unitOf("kg m^2", true).text, "kg m^2");
-  assert.ok(Math.abs(parseNumber("90", unitOf("rad").factor) - Math.PI / 2) < 1e-12);
 });
 
-test("numbers as they are read and typed", () => {
+test("numbers as they are read and sent", () => {
   assert.equal(formatNumber(0.1 + 0.2), "0.3");
   assert.equal(formatNumber(-0), "0");
   assert.equal(formatNumber({ number: "-inf" }), "-\u221e");
   assert.equal(formatNumber(null), "");
-  assert.equal(parseNumber(" 1,5 "), 1.5);
-  assert.equal(parseNumber("-\u221e"), -Infinity);
-  for (const text of ["", "1.2.3", "1,2,3", "wide", "2 m"]) assert.ok(Number.isNaN(parseNumber(text)), text);
   assert.deepEqual([encodeNumber(2), encodeNumber(-Infinity)], [2, { number: "-inf" }]);
 });
 

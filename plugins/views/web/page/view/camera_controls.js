@@ -68,7 +68,22 @@ function setFollow(isOn) {
   followButton.setAttribute("aria-pressed", String(isOn));
   followed = isOn ? selected() : 0;
   lastPose = null;
+  if (followed) lookAt(followed);
 }
+
+/** Moves the camera so that it looks at an object, from the same direction and distance. @param {number} id */
+function lookAt(id) {
+  const group = groups.get(id);
+  if (!group) return;
+  group.updateWorldMatrix(true, false);
+  const displacement = group.getWorldPosition(new THREE.Vector3()).sub(controls.target);
+  controls.target.add(displacement);
+  camera.position.add(displacement);
+  controls.update();
+  redraw();
+}
+/** Lets the camera follow the selected object. */
+export const followSelection = () => setFollow(true);
 followButton.onclick = () => setFollow(followButton.getAttribute("aria-pressed") !== "true");
 watch("scene", () => { if (followed && !groups.has(followed)) setFollow(false); });
 
@@ -85,7 +100,10 @@ function headingOf(object, fallback) {
 
 on("frame", () => {
   if (followButton.getAttribute("aria-pressed") === "true") {
-    followed ||= selected();
+    if (!followed && selected()) {
+      followed = selected();
+      lookAt(followed);
+    }
     const group = groups.get(followed);
     if (group) {
       group.updateWorldMatrix(true, false);

@@ -278,6 +278,22 @@ on("frame", (view) => {
   });
 });
 
+/**
+ * Returns the size of the bounding box of an object's parts in the frame of the object, m; null if it has no parts or is
+ * an infinite plane.
+ * @param {number} id
+ */
+export function sizeOf(id) {
+  const box = new THREE.Box3();
+  for (const mesh of groups.get(id)?.userData.bodies ?? []) {
+    if (mesh.geometry === SHAPES.plane) return null;
+    mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
+    mesh.updateMatrix();
+    box.union((mesh.geometry.boundingBox ?? new THREE.Box3()).clone().applyMatrix4(mesh.matrix));
+  }
+  return box.isEmpty() ? null : box.getSize(new THREE.Vector3()).toArray();
+}
+
 /** Returns the bounding box of visible objects, except infinite planes and objects farther than 1 km from the origin. */
 export function bounds() {
   const box = new THREE.Box3();

@@ -7,6 +7,7 @@ import { icon } from "tatu/lib/icons";
 import { on } from "tatu/net/connection";
 import { unwatch, watchValue } from "tatu/net/watched_values";
 import { editState } from "tatu/scene/edits";
+import { nameInModel } from "tatu/scene/hierarchy";
 import { nameOf } from "tatu/scene/property_format";
 import { scene, select, selection, watch } from "tatu/scene/store";
 import { cameraSpec } from "tatu/windows/camera_window";
@@ -80,7 +81,7 @@ function openSensors() {
     previousSeries.forEach(unwatch);
     body.replaceChildren(...sensors.map((o) => {
       const row = make("tr");
-      const name = make("button", { type: "button", className: "link", textContent: o.alias, title: o.alias, onclick: () => select(o.id) });
+      const name = make("button", { type: "button", className: "link", textContent: nameInModel(o), title: o.alias, onclick: () => select(o.id) });
       const cell = make("td", { className: "value" });
       const [header, kind] = [make("th"), make("td", { textContent: (o.sensor ?? o.kind).replaceAll("_", " ") })];
       header.scope = "row";

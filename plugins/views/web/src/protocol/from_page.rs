@@ -36,6 +36,8 @@ pub(crate) enum FromPage {
     Open { id: u32, file: String },
     /// Stores a picture of a recent scene, a PNG in base64.
     Picture { scene: String, png: String },
+    /// Requests the picture of a model. The answer is a PNG in base64, or null.
+    ModelPicture { id: u32, model: String },
     /// Calls a command. The answer is its results.
     Call {
         id: u32,
@@ -106,6 +108,7 @@ impl FromPage {
             | FromPage::Folder { id, .. }
             | FromPage::SaveScript { id, .. }
             | FromPage::Open { id, .. }
+            | FromPage::ModelPicture { id, .. }
             | FromPage::Film { id, .. }
             | FromPage::Call { id, .. } => Some(*id),
             _ => None,

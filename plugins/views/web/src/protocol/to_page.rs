@@ -36,6 +36,11 @@ pub(crate) enum ToPage {
         scripts: Vec<Script>,
         /// Notes from loading the scene, such as the features that an importer does not support.
         notes: Vec<String>,
+        /// The description of the scene in the first comment of its file.
+        about: String,
+        /// The suggestion of what to try, from the same comment.
+        #[serde(rename = "try")]
+        to_try: String,
     },
     /// Objects that have changed in other ways than by moving.
     Objects {

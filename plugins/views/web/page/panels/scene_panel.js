@@ -1,0 +1,69 @@
+// @ts-check
+// What the panel of details shows while nothing is selected: what the scene is about, its scripts, and keys.
+
+import { get, make } from "tatu/lib/dom";
+import { scene, selected, watch } from "tatu/scene/store";
+import { openScript } from "tatu/documents/script_editor";
+
+const panel = get("about-scene");
+/** Maximum number of scripts that are listed. */
+const MAX_SCRIPTS = 12;
+/** Keys and mouse actions, and their effects. @type {[string, string][]} */
+const HINTS = [
+  ["F5", "play or pause"], ["F6", "one step"], ["F7", "stop and reset"], ["F", "see everything"],
+  ["Drag, right drag, wheel", "turn, pan, zoom"], ["Click, click again", "select a model, its part"], ["G, R", "move, turn the selection"],
+  ["Shift and drag", "push a body during a run"], ["Ctrl+Z, Ctrl+S", "undo, save"],
+];
+
+/**
+ * Returns a list of terms with their descriptions.
+ * @param {[string | Node, string | Node][]} entries
+ * @param {string} className
+ */
+function definitions(entries, className) {
+  const list = make("dl", { className });
+  for (const [term, description] of entries) {
+    const [dt, dd] = [make("dt"), make("dd")];
+    dt.append(term);
+    dd.append(description);
+    list.append(dt, dd);
+  }
+  return list;
+}
+
+/** Returns the scripts of the scene as links, each with the name of its object. */
+function scriptLinks() {
+  const objects = [...scene.objects.values()].flatMap((o) => (o.scripts ?? []).map((script) => ({ script, name: o.alias })));
+  const all = [...scene.scripts.map((script) => ({ script, name: "the scene" })), ...objects];
+  const list = make("ul");
+  for (const { script, name } of all.slice(0, MAX_SCRIPTS)) {
+    const link = make("button", { type: "button", className: "link", textContent: name, title: `Open ${script.name}`, onclick: () => openScript(script) });
+    const item = make("li");
+    item.append(link);
+    list.append(item);
+  }
+  if (all.length > MAX_SCRIPTS) list.append(make("li", { textContent: `and ${all.length - MAX_SCRIPTS} more` }));
+  return all.length ? list : "none";
+}
+
+let shown = "";
+/** Shows the scene if nothing is selected. */
+function show() {
+  panel.hidden = selected() !== 0 || !scene.file;
+  if (panel.hidden) return;
+  const all = [...scene.objects.values()];
+  const state = JSON.stringify([scene.about, scene.suggestion, scene.dt, all.length, scene.scripts, all.map((o) => [o.alias, o.scripts])]);
+  if (state === shown) return;
+  shown = state;
+  const models = all.filter((o) => o.model).length;
+  const objects = `${all.length}${models ? `, in ${models} ${models > 1 ? "models" : "model"}` : ""}`;
+  const suggestion = make("p", { className: "suggestion", hidden: !scene.suggestion });
+  suggestion.append(make("strong", { textContent: "Try: " }), scene.suggestion);
+  panel.replaceChildren(
+    make("p", { textContent: scene.about, hidden: !scene.about }), suggestion,
+    definitions([["Objects", objects], ["Time step", `${+(scene.dt * 1000).toFixed(3)} ms`], ["Scripts", scriptLinks()]], "facts"),
+    make("h3", { textContent: "Keys and mouse" }), definitions(HINTS.map(([keys, effect]) => [make("kbd", { textContent: keys }), effect]), "hints"),
+  );
+}
+for (const change of /** @type {const} */ (["scene", "objects", "selected"])) watch(change, show);
+show();
