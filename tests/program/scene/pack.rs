@@ -107,7 +107,7 @@ fn damaged_and_hostile_packs_are_refused() {
 }
 
 #[test]
-fn a_path_of_this_computer_in_a_script_is_told() {
+fn paths_of_this_computer_in_scripts_are_reported() {
     let place = TestFolder::new();
     let text = format!("local where = '{}'", place.path().canonicalize().unwrap().display());
     place.write("scene.toml", &format!("format = 1\n{MODULES}").replace("lua/main.lua", "m.lua")).write("m.lua", &text);

@@ -81,7 +81,14 @@ function section(name, all) {
 
 const emptyText = make("p", { id: "no-scene" });
 
+/** The list that is shown, as text. */
+let shownList = "";
+
 on("files", ({ files: all, folder }) => {
+  // Cards stay if the list is the same, since a click on a card that is replaced would be lost.
+  const list = JSON.stringify([all, folder]);
+  if (list === shownList) return;
+  shownList = list;
   /** @type {[SceneFile["in"], string][]} */
   const sections = [["recent", "Recent"], ["own", folder ? `Yours: ${folder}` : "Yours"], ["program", "Comes with Tatu"]];
   const shown = sections.flatMap(([key, name]) => {
