@@ -258,8 +258,8 @@ async function saveSource(script, text, from) {
  */
 function lineInScript({ script, file, line, traceback }) {
   if (!file || file === script) return line;
-  const own = String(traceback ?? "").split("\n").find((call) => call.startsWith(`${script}:`));
-  return own ? Number(own.slice(script.length + 1).match(/^\d+/)?.[0] ?? 0) : line;
+  const frame = String(traceback ?? "").split("\n").find((call) => call.startsWith(`${script}:`));
+  return frame ? Number(frame.slice(script.length + 1).match(/^\d+/)?.[0] ?? 0) : line;
 }
 
 on("event", ({ name, payload }) => {
