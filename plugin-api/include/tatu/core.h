@@ -20,7 +20,7 @@ extern "C" {
 #endif
 
 #define TATU_ABI_MAJOR 0 /* must match; 0 until release 1.0 */
-#define TATU_ABI_MINOR 8 /* increased whenever a table grows; checked only against tatu_need.minor */
+#define TATU_ABI_MINOR 9 /* increased whenever a table grows; checked only against tatu_need.minor */
 
 /* Functions of these headers: C89 has no `inline`. */
 #if defined __cplusplus || (defined __STDC_VERSION__ && __STDC_VERSION__ >= 199901L)

@@ -87,7 +87,8 @@ typedef struct tatu_language {
   void(TATU_CALL *place)(void *data, tatu_error *);
   /* The permission without which no script of the language is loaded, because such scripts can do anything that the
    * user's account can: a word of lower-case letters, digits and `_`, which the user grants with `--allow` and scenes
-   * request in `[permissions]`. Null or beyond `size`: no permission is needed. */
+   * request in `[permissions]`. Null or beyond `size`: no permission is needed. Hosts below 0.9 ignore it: require
+   * `tatu_need.minor` 9. */
   const char *permission;
   /* Settings of the language, such as the interpreter of its scripts: users set them with `--language ID:KEY=VALUE` or in
    * their own settings, scenes in `[language.ID]`. Each has a default or is optional. tatu_instance.params of each script

@@ -5,7 +5,7 @@ use core::ffi::{c_char, c_void};
 use super::frozen::*;
 
 pub const TATU_ABI_MAJOR: u16 = 0;
-pub const TATU_ABI_MINOR: u16 = 8;
+pub const TATU_ABI_MINOR: u16 = 9;
 
 pub type tatu_status = i32;
 pub const TATU_OK: tatu_status = 0;
