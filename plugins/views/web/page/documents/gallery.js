@@ -14,6 +14,8 @@ import { sendPicture } from "tatu/documents/scene_pictures";
 const dialog = get("dialog", HTMLDialogElement);
 const files = get("files");
 const searchField = get("find-scene", HTMLInputElement);
+/** Sections of scenes that come with the program, in order, by the name of their folder. */
+const PROGRAM_SECTIONS = { course: "Course", first: "First steps", learn: "Learning", showcase: "Showcase", models: "Models" };
 
 /** Opens the gallery. */
 export function openGallery() {
@@ -81,6 +83,27 @@ function section(name, all) {
 
 const emptyText = make("p", { id: "no-scene" });
 
+/** Returns the name of the section of a scene that comes with the program. @param {string} file */
+function programSection(file) {
+  const folders = file.split(/[\\/]/).slice(0, -1);
+  const known = Object.entries(PROGRAM_SECTIONS).find(([folder]) => folders.slice(-2).includes(folder));
+  return known?.[1] ?? "Other";
+}
+
+/**
+ * Divides the list of scenes into sections: a heading, and the scenes.
+ * @param {SceneFile[]} all
+ * @param {string} folder the working folder of the program
+ * @returns {[string, SceneFile[]][]}
+ */
+function sectionsOf(all, folder) {
+  const of = (/** @type {SceneFile["in"]} */ where) => all.filter((f) => f.in === where);
+  const program = [...Object.values(PROGRAM_SECTIONS), "Other"].map((name) =>
+    /** @type {[string, SceneFile[]]} */ ([name, of("program").filter((f) => programSection(f.file) === name)]));
+  const sections = [["Recent", of("recent")], [folder ? `Yours: ${folder}` : "Yours", of("own")], ...program];
+  return /** @type {[string, SceneFile[]][]} */ (sections).filter(([, scenes]) => scenes.length);
+}
+
 /** The list that is shown, as text. */
 let shownList = "";
 
@@ -89,12 +112,7 @@ on("files", ({ files: all, folder }) => {
   const list = JSON.stringify([all, folder]);
   if (list === shownList) return;
   shownList = list;
-  /** @type {[SceneFile["in"], string][]} */
-  const sections = [["recent", "Recent"], ["own", folder ? `Yours: ${folder}` : "Yours"], ["program", "Comes with Tatu"]];
-  const shown = sections.flatMap(([key, name]) => {
-    const cards = all.filter((f) => f.in === key);
-    return cards.length ? [section(name, cards)] : [];
-  });
+  const shown = sectionsOf(all, folder).map(([name, scenes]) => section(name, scenes));
   emptyText.textContent = shown.length ? "No scene matches the search." : "No scenes were found: drop one on the page.";
   files.replaceChildren(...shown, emptyText);
   filterCards();
