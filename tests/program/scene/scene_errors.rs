@@ -102,8 +102,8 @@ fn files_that_are_missing_are_named_with_where_they_should_be() {
     let place = TestFolder::new();
     said.refused_in(&place, &robot("script = \"nowhere.lua\""), "nowhere");
     said.refused_in(&place, &with("[[model]]\nmodel = \"nowhere.toml\"\n"), "nowhere");
-    place.write("controller.py", "print(1)");
-    said.refused_in(&place, &robot("script = \"controller.py\""), "controller");
+    place.write("controller.js", "print(1)");
+    said.refused_in(&place, &robot("script = \"controller.js\""), "controller");
 }
 
 #[test]
