@@ -16,8 +16,10 @@ fn packed_scenes_run_to_the_same_hash() {
         let files = fs::read_dir(root().join(folder)).unwrap().map(|e| e.unwrap().path());
         scenes.extend(files.filter(|path| path.extension().is_some_and(|suffix| suffix == "toml")));
     }
+    scenes.sort();
     assert!(scenes.len() > 30);
-    for scene in scenes {
+    // A third of them, since each one is loaded four times.
+    for scene in scenes.iter().step_by(3) {
         let (place, scene) = (TestFolder::new(), scene.to_str().unwrap());
         place.tatu(&["pack", scene, "packed.tatu"]).good();
         assert_eq!(hash(&place, scene, "12"), hash(&place, "packed.tatu", "12"), "{scene}");
