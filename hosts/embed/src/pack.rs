@@ -12,9 +12,7 @@ use std::{
 use sha2::{Digest, Sha256};
 use tatu_core::{errors::Error, state::write_atomically};
 use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};
-use zip::{
-    CompressionMethod, DateTime, ZipArchive, ZipWriter, read::ZipFile, result::ZipError, write::SimpleFileOptions,
-};
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
 
 /// The suffix of packed scenes.
 pub const PACK_SUFFIX: &str = "tatu";
@@ -136,8 +134,8 @@ fn entries(bytes: &[u8]) -> Result<Vec<(PathBuf, Vec<u8>)>, String> {
         if !entry.is_file() {
             return Err(format!("it contains `{shown}`, which is not a regular file"));
         }
-        let name =
-            plain_name(&entry).ok_or_else(|| format!("it contains `{shown}`, a path that leads out of its folder"))?;
+        let name = plain_name(entry.name_raw())
+            .ok_or_else(|| format!("it contains `{shown}`, a path that leads out of its folder"))?;
         // Names that differ only in case are the same file on some systems.
         if !names.insert(name.to_string_lossy().to_lowercase()) {
             return Err(format!("it contains `{shown}` twice"));
@@ -154,10 +152,11 @@ fn entries(bytes: &[u8]) -> Result<Vec<(PathBuf, Vec<u8>)>, String> {
 }
 
 /// Returns the name of an entry as a relative path of plain names.
-fn plain_name<R: Read>(entry: &ZipFile<'_, R>) -> Option<PathBuf> {
-    let path = entry.enclosed_name()?;
-    let is_plain = |c| matches!(c, Component::Normal(name) if !name.to_string_lossy().contains(['\\', ':']));
-    (path.components().next().is_some() && path.components().all(is_plain)).then_some(path)
+fn plain_name(name: &[u8]) -> Option<PathBuf> {
+    let name = std::str::from_utf8(name).ok().filter(|name| !name.contains(['\\', ':', '\0']))?;
+    let path = Path::new(name);
+    let is_plain = |c| matches!(c, Component::Normal(_));
+    (path.components().next().is_some() && path.components().all(is_plain)).then(|| path.to_owned())
 }
 
 fn cannot(what: &str, file: &Path, why: &dyn std::fmt::Display) -> Error {

@@ -68,7 +68,10 @@ fn unsaved_changes_are_asked_for() {
     let open = |shown: &mut ScenePage| {
         shown.page.click_on("#gallery");
         let card = "[...document.querySelectorAll('#files .scene')].find((b) => b.title === 'scenes/other.toml')";
-        shown.page.until(&format!("{card} !== undefined"));
+        // The list is sent again whenever the gallery opens, and cards may move.
+        shown
+            .page
+            .until(&format!("{card} !== undefined && !document.getElementById('files').hasAttribute('aria-busy')"));
         shown.page.js(&format!("{card}.id = 'other'"));
         shown.page.click_on("#other");
     };

@@ -22,6 +22,7 @@ export function openGallery() {
   // The list includes the picture of the open scene, so the picture is updated first.
   sendPicture();
   send({ type: "files" });
+  files.setAttribute("aria-busy", "true");
   searchField.value = "";
   if (!dialog.open) dialog.showModal();
 }
@@ -108,6 +109,7 @@ function sectionsOf(all, folder) {
 let shownList = "";
 
 on("files", ({ files: all, folder }) => {
+  files.removeAttribute("aria-busy");
   // Cards stay if the list is the same, since a click on a card that is replaced would be lost.
   const list = JSON.stringify([all, folder]);
   if (list === shownList) return;
