@@ -22,7 +22,7 @@ def run(program, scene):
     begin = time.monotonic()
     seconds = re.search(r"^# Test: runs (\d+) s", scene.read_text(), re.MULTILINE)
     with tempfile.TemporaryDirectory() as folder:
-        command = [program, "run", scene, "--seconds", seconds.group(1) if seconds else "10", "--strict"]
+        command = [program, "run", scene, "--seconds", seconds.group(1) if seconds else "10", "--strict", "--allow", "python"]
         # The scene's own ports may be in use by another program.
         for service in re.findall(r'^\[\[service\]\]\nid = "(\w+)"', scene.read_text(), re.MULTILINE):
             command += ["--service", f"{service}:port=0"]
