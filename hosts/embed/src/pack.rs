@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeSet,
-    env,
     fmt::Write as _,
     fs,
     io::{Cursor, Read, Write as _},
@@ -11,7 +10,7 @@ use std::{
 
 use sha2::{Digest, Sha256};
 use tatu_core::{errors::Error, state::write_atomically};
-use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, cache_folder, read_plain};
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
 
 /// The suffix of packed scenes.
@@ -35,7 +34,7 @@ pub fn is_pack(path: &Path) -> bool {
 /// Writes a packed scene. `files` are names with `/` as the separator, and contents. The same files give the same bytes.
 ///
 /// # Errors
-/// The file cannot be written.
+/// The file cannot be written, or could not be opened: it is too large, or two names differ only in case.
 pub fn write(file: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Error> {
     let packed = || -> Result<Vec<u8>, ZipError> {
         // Without the time at which it was packed, and without the permissions of files.
@@ -50,6 +49,9 @@ pub fn write(file: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Error> {
         Ok(archive.finish()?.into_inner())
     };
     let bytes = packed().map_err(|e| cannot("write", file, &e))?;
+    // What is written can also be opened.
+    let limit = if bytes.len() as u64 > MAX_FILE_BYTES { Err("it is too large".to_owned()) } else { Ok(()) };
+    limit.and_then(|()| entries(&bytes)).map_err(|why| cannot("write", file, &why))?;
     write_atomically(file, &bytes).map_err(|e| cannot("write", file, &e))
 }
 
@@ -69,7 +71,7 @@ pub fn unpack(file: &Path, into: &Path) -> Result<PathBuf, Error> {
 /// Like those of [`unpack`]; or the environment does not define a cache folder.
 pub fn open(file: &Path) -> Result<PathBuf, Error> {
     let bytes = read(file)?;
-    let cache = cache_folder(|name| env::var_os(name).map(PathBuf::from)).ok_or_else(|| {
+    let cache = cache_folder().ok_or_else(|| {
         cannot("unpack", file, &"there is no folder for it")
             .help("set HOME, or XDG_CACHE_HOME to an absolute folder; or unpack it yourself: `tatu unpack`")
     })?;
@@ -79,21 +81,7 @@ pub fn open(file: &Path) -> Result<PathBuf, Error> {
         let _ = write!(text, "{byte:02x}");
         text
     }));
-    unpack_bytes(file, &bytes, &cache.join(name))
-}
-
-/// Returns the folder of the user's cache for packed scenes.
-fn cache_folder(variable: impl Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
-    // A relative path would depend on the working folder.
-    let folder = |name: &str| variable(name).filter(|path| path.is_absolute());
-    let cache = if cfg!(windows) {
-        folder("LOCALAPPDATA")?
-    } else if cfg!(target_vendor = "apple") {
-        folder("HOME")?.join("Library/Caches")
-    } else {
-        folder("XDG_CACHE_HOME").or_else(|| Some(folder("HOME")?.join(".cache")))?
-    };
-    Some(cache.join("tatu").join("packs"))
+    unpack_bytes(file, &bytes, &cache.join("packs").join(name))
 }
 
 fn read(file: &Path) -> Result<Vec<u8>, Error> {
@@ -108,7 +96,7 @@ fn unpack_bytes(file: &Path, bytes: &[u8], into: &Path) -> Result<PathBuf, Error
     })?;
     for (name, bytes) in &files {
         let path = into.join(name);
-        let written = match fs::read(&path) {
+        let written = match read_plain(&path, MAX_UNPACKED_BYTES) {
             Ok(old) if old == *bytes => Ok(()),
             _ => path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| write_atomically(&path, bytes)),
         };
@@ -196,22 +184,26 @@ mod tests {
     }
 
     #[test]
+    fn packs_that_could_not_be_opened_are_not_written() {
+        let folder = std::env::temp_dir().join(format!("tatu-pack-{}", std::process::id()));
+        let file = folder.with_extension(PACK_SUFFIX);
+        let scene = || (PACKED_SCENE.to_owned(), b"format = 1".to_vec());
+        for (other, why) in [("Scene.toml", "twice"), ("zeros", "too large")] {
+            let refused = write(&file, &[scene(), (other.to_owned(), vec![0; 64 << 20])]).unwrap_err();
+            assert!(refused.text.contains(why) && !file.exists(), "{refused}");
+        }
+        write(&file, &[scene()]).unwrap();
+        assert_eq!(std::fs::read(unpack(&file, &folder).unwrap()).unwrap(), scene().1);
+        std::fs::remove_file(&file).unwrap();
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
     fn links_are_refused() {
         let mut links = ZipWriter::new(Cursor::new(archive(&[])));
         links.start_file("scene.toml", SimpleFileOptions::default()).unwrap();
         links.add_symlink("files", "/etc", SimpleFileOptions::default()).unwrap();
         let refused = entries(&links.finish().unwrap().into_inner()).unwrap_err();
         assert!(refused.contains("not a regular file"), "{refused}");
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn the_cache_is_that_of_the_user() {
-        let folder = |name: &'static str, value: &'static str| {
-            cache_folder(move |n| (n == name).then(|| PathBuf::from(value))).map(|p| p.to_string_lossy().into_owned())
-        };
-        assert_eq!(folder("XDG_CACHE_HOME", "/c").as_deref(), Some("/c/tatu/packs"));
-        assert_eq!(folder("HOME", "/h").as_deref(), Some("/h/.cache/tatu/packs"));
-        assert_eq!(folder("HOME", "h"), None);
     }
 }

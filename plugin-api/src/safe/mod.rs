@@ -35,7 +35,7 @@ pub use declare::service::{Answer, Service, Session, Turn};
 pub use entry::panics::{guarded, quiet as guarded_quietly};
 pub use value::fail::{Fail, Result};
 pub use value::field::{Element, Field, TypedField};
-pub use value::install_paths::{folders_beside, program_file, state_folder};
+pub use value::install_paths::{cache_folder, folders_beside, program_file, state_folder};
 pub use value::owned::{MAX_DEPTH, Owned, Room, Value};
 pub use value::param::{Param, Params};
 #[allow(deprecated, reason = "the former name of `MAX_FILE_BYTES`, for existing plugins")]

@@ -1,4 +1,4 @@
-//! Locates the folders that are installed with a program, and the folder for private files of the user.
+//! Locates the folders that are installed with a program, and the folders of the user for private files and for copies.
 
 use std::{
     ffi::OsString,
@@ -23,18 +23,26 @@ pub fn folders_beside(program: &Path, name: &str) -> Vec<PathBuf> {
 /// `~/.local/state/tatu`, or `%LOCALAPPDATA%\tatu` on Windows. Returns `None` if the environment does not contain an
 /// absolute path. The folder need not exist.
 pub fn state_folder() -> Option<PathBuf> {
-    state_folder_of(|name| std::env::var_os(name))
+    user_folder_of("XDG_STATE_HOME", ".local/state", |name| std::env::var_os(name))
 }
 
-/// Returns the state folder, given a function that returns environment variables.
-fn state_folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+/// Returns the user's folder for files that can be made again at any time: `$XDG_CACHE_HOME/tatu`, by default
+/// `~/.cache/tatu`, or `%LOCALAPPDATA%\tatu` on Windows. Returns `None` if the environment does not contain an absolute
+/// path. The folder need not exist.
+pub fn cache_folder() -> Option<PathBuf> {
+    user_folder_of("XDG_CACHE_HOME", ".cache", |name| std::env::var_os(name))
+}
+
+/// Returns the folder that the variable `xdg` names, by default one below the user's home, given a function that returns
+/// environment variables.
+fn user_folder_of(xdg: &str, below_home: &str, variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     // Relative paths are ignored, because they would depend on the working folder.
     let folder = |name: &str| variable(name).map(PathBuf::from).filter(|p: &PathBuf| Path::is_absolute(p));
-    let state = folder("XDG_STATE_HOME").or_else(|| match cfg!(windows) {
+    let parent = folder(xdg).or_else(|| match cfg!(windows) {
         true => folder("LOCALAPPDATA"),
-        false => Some(folder("HOME")?.join(".local/state")),
+        false => Some(folder("HOME")?.join(below_home)),
     })?;
-    Some(state.join("tatu"))
+    Some(parent.join("tatu"))
 }
 
 /// Returns the path of the program `tatu`, for [`folders_beside`]. This is the program of the current process or, if
@@ -113,9 +121,11 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn the_state_folder_is_absolute() {
+    fn folders_of_the_user_are_absolute() {
         let of = |all: &[(&str, &str)]| {
-            state_folder_of(|name| all.iter().find(|(n, _)| *n == name).map(|(_, value)| OsString::from(value)))
+            user_folder_of("XDG_STATE_HOME", ".local/state", |name| {
+                all.iter().find(|(n, _)| *n == name).map(|(_, value)| OsString::from(value))
+            })
         };
         assert_eq!(of(&[]), None);
         assert_eq!(of(&[("HOME", "/h")]), Some(PathBuf::from("/h/.local/state/tatu")));
