@@ -11,6 +11,8 @@ use crate::new::{Lang, sdk, value_name};
 
 /// Name of the file with a project's settings.
 pub const SETTINGS_FILE: &str = "tatu.toml";
+/// Name of the scene with which a project is checked.
+pub const SCENE_FILE: &str = "scene.toml";
 
 /// The folder of a plugin, created by `tatu new plugin`.
 pub struct Project {

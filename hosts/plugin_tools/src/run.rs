@@ -5,7 +5,10 @@ use std::{ffi::OsString, path::PathBuf, process::ExitCode};
 use tatu_core::errors::{Error, Result};
 use tatu_embed::restart_command;
 
-use super::{build, project::Project};
+use super::{
+    build,
+    project::{Project, SCENE_FILE},
+};
 
 #[derive(clap::Args)]
 pub struct PluginRunArgs {
@@ -27,7 +30,7 @@ pub fn run(args: &PluginRunArgs) -> Result<ExitCode> {
     let status = restart_command()
         .map_err(failed)?
         .arg("run")
-        .arg(project.folder.join("scene.toml"))
+        .arg(project.folder.join(SCENE_FILE))
         .args(&args.options)
         .env("TATU_PLUGIN_PATH", path(&project))
         .status()

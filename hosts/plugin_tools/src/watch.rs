@@ -14,7 +14,11 @@ use std::{
 use tatu_core::errors::{Error, Result};
 use tatu_embed::restart_command;
 
-use super::{build, project::Project, run};
+use super::{
+    build,
+    project::{Project, SCENE_FILE},
+    run,
+};
 use tatu_terminal::report;
 
 /// Arguments of `tatu plugin watch`.
@@ -126,7 +130,7 @@ fn start(project: &Project, options: &[OsString]) -> Result<Child> {
 /// Returns the scene that is watched.
 fn scene(project: &Project) -> PathBuf {
     let own = project.folder.join(WATCHED_SCENE);
-    if own.is_file() { own } else { project.folder.join("scene.toml") }
+    if own.is_file() { own } else { project.folder.join(SCENE_FILE) }
 }
 
 /// Returns whether one of these options is given, as `--name` or `--name=VALUE`.

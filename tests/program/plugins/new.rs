@@ -15,6 +15,11 @@ fn works(kind: &str, lang: &str) {
     assert!(!done.err.contains("warning"), "{}", done.err);
     assert!(done.out.contains(&format!("{name} works")), "{}\n{}", done.out, done.err);
     assert!(place.path().join(&name).join("build").join(library(&format!("tatu_{name}"))).is_file());
+    // Its scene is its first test. For crates, this is the same for all kinds.
+    if lang != "rust" || kind == "sensor" {
+        let tested = run(program(), place.path(), &["plugin", "test", &name], &env).good();
+        assert!(tested.out.ends_with("1 passed, 0 failed\n"), "{}\n{}", tested.out, tested.err);
+    }
     // The scene of `tatu plugin watch` prints what the plugin does, and does not end by itself.
     let build = place.path().join(&name).join("build");
     let scene = format!("{name}/watch.toml");

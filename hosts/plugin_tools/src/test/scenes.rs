@@ -1,4 +1,5 @@
-//! Runs scenes as tests: an error during the run, such as a failed assertion in a script, is a failure.
+//! Runs scenes as tests: those in `tests`, and that of a project, with which `tatu plugin run` checks it. An error during
+//! the run, such as a failed assertion in a script, is a failure.
 
 use std::{
     fs,
@@ -13,8 +14,9 @@ use super::{
     outcome::{Failure, TestResults},
     process, tools,
 };
+use crate::project::{SCENE_FILE, SETTINGS_FILE};
 
-/// Default number of steps of a scene.
+/// Default number of steps of a scene in `tests`.
 const DEFAULT_STEPS: u64 = 40;
 
 /// Runs all scenes of the folder.
@@ -23,7 +25,10 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut TestRe
     let others = std::env::split_paths(&others).filter(|p| !p.as_os_str().is_empty());
     let path = std::env::join_paths(plugins.iter().cloned().chain(others))
         .map_err(|e| Error::new("E621", format!("the folder {} cannot be searched: {e}", folder.display())))?;
-    for scene in tools::files(&folder.join("tests"), &["toml"]) {
+    let own = Some(folder.join(SCENE_FILE)).filter(|file| file.is_file() && folder.join(SETTINGS_FILE).is_file());
+    let in_tests = tools::files(&folder.join("tests"), &["toml"]).into_iter().map(|file| (file, Some(DEFAULT_STEPS)));
+    // The scene of a project runs as long as `tatu plugin run` runs it.
+    for (scene, default) in own.map(|file| (file, None)).into_iter().chain(in_tests) {
         let name = scene.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         if !out.wants(&name) {
             continue;
@@ -32,7 +37,10 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut TestRe
         let command = restart_command();
         let mut command =
             command.map_err(|e| Error::new("E621", format!("the path of this program is unknown: {e}")))?;
-        command.arg("run").arg(&scene).arg("--strict").arg("--steps").arg(steps(&text).to_string());
+        command.arg("run").arg(&scene).arg("--strict");
+        if let Some(count) = steps(&text).or(default) {
+            command.arg("--steps").arg(count.to_string());
+        }
         for permission in permissions(&text) {
             command.arg("--allow").arg(permission);
         }
@@ -49,10 +57,10 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut TestRe
     Ok(())
 }
 
-/// Returns the number of steps that a scene requests in a comment, `# steps: 100`, or the default.
-fn steps(text: &str) -> u64 {
+/// Returns the number of steps that a scene requests in a comment, `# steps: 100`.
+fn steps(text: &str) -> Option<u64> {
     let comment = |line: &str| line.trim().strip_prefix('#')?.trim().strip_prefix("steps:")?.trim().parse().ok();
-    text.lines().find_map(comment).unwrap_or(DEFAULT_STEPS)
+    text.lines().find_map(comment)
 }
 
 /// Returns the permissions that a scene requests, which it gets: like the plugin, it is the author's own.
@@ -78,7 +86,7 @@ mod tests {
 
     #[test]
     fn step_count_is_read_from_scene_comment() {
-        assert_eq!(steps("format = 1\n# steps: 7\n[scene]\n"), 7);
-        assert_eq!(steps("format = 1\n[scene] # steps: 7\n"), 40);
+        assert_eq!(steps("format = 1\n# steps: 7\n[scene]\n"), Some(7));
+        assert_eq!(steps("format = 1\n[scene] # steps: 7\n"), None);
     }
 }
