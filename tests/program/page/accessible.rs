@@ -22,11 +22,17 @@ fn check(shown: &mut ScenePage, what: &str) {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn no_panel_breaks_a_rule_of_wcag() {
     let axe = std::fs::read_to_string(env!("TATU_AXE")).expect("axe-core, installed by npm for the build");
-    for scheme in ["light", "dark"] {
+    for (scheme, language, new) in [("light", "en", "New"), ("dark", "pt", "Nova")] {
         let mut shown =
             ScenePage::of(TestFolder::new(), &["open", root().join(ROBOT).to_str().unwrap(), "--no-browser"]);
         let features = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
         shown.page.send("Emulation.setEmulatedMedia", features);
+        if language != "en" {
+            shown.page.until("document.readyState === 'complete'");
+            shown.page.js(&format!("localStorage.setItem('tatu language', {language:?}); location.reload()"));
+        }
+        shown.page.until(&format!("document.documentElement.lang === {language:?}"));
+        assert_eq!(shown.page.text("#new .words"), new);
         shown.page.js(&format!("{axe}; true"));
         shown.until("of('Pioneer_p3dx') && view.camera.position.x !== 3");
         check(&mut shown, "the page");

@@ -1,6 +1,7 @@
 // @ts-check
 // Loads the modules of the page, and connects to the program. README.md in the folder above lists the folders and modules.
 
+import { translateDocument } from "tatu/lib/language";
 import { connect } from "tatu/net/connection";
 import "tatu/scene/store";
 import "tatu/run/run_controls";
@@ -44,4 +45,5 @@ import "tatu/panels/drawers";
 import "tatu/documents/address_actions";
 import "tatu/net/connection_banner";
 
+translateDocument(document);
 connect();

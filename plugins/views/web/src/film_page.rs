@@ -11,6 +11,8 @@ use crate::files::{FILES, HAS_LIBRARIES};
 const SHARED_MODULES: &[&str] = &[
     "lib/dom",
     "lib/icons",
+    "lib/language",
+    "lib/portuguese",
     "lib/plot",
     "net/calls",
     "net/binary_messages",

@@ -4,6 +4,7 @@
 
 import { choose } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
+import { mark, t } from "tatu/lib/language";
 import { unzip } from "tatu/lib/zip";
 import { ask, call, upload, withRetries } from "tatu/net/connection";
 import { edit, newMergeKey } from "tatu/scene/edits";
@@ -54,7 +55,7 @@ async function filesBelow(entry, above) {
     // `readEntries` returns the entries of a folder in batches; an empty batch ends them.
     if (!batch.length) return all;
     for (const one of batch) if (!one.name.startsWith(".")) all.push(...await filesBelow(one, `${name}/`));
-    if (all.length > MAX_FILES) throw { error: `\`${entry.name}\` has more than ${MAX_FILES} files` };
+    if (all.length > MAX_FILES) throw { error: t`\`${entry.name}\` has more than ${MAX_FILES} files` };
   }
 }
 
@@ -100,7 +101,7 @@ async function sceneOf(names, files) {
   const topScenes = scenes.filter((name) => depth(name) === topDepth);
   const defaultScenes = topScenes.filter((name) => /(^|\/)scene\.toml$/i.test(name));
   if (defaultScenes.length === 1 || topScenes.length < 2) return defaultScenes[0] ?? topScenes[0] ?? null;
-  const chosen = await choose("Which scene should be opened?", [make("p", { textContent: "There are several scenes." })], [...topScenes, "Cancel"]);
+  const chosen = await choose(mark("Which scene should be opened?"), [make("p", { textContent: t`There are several scenes.` })], [...topScenes, mark("Cancel")]);
   return topScenes.includes(chosen) ? chosen : null;
 }
 
@@ -115,14 +116,14 @@ async function addToScene(path) {
     await new Promise((/** @type {(value?: undefined) => void} */ resolve) => { afterNextScene = resolve; });
   }
   const merge = newMergeKey();
-  const [[created] = []] = await edit(`Add ${name}`, [["sim.loadModel", path]], merge);
+  const [[created] = []] = await edit(t`Add ${name}`, [["sim.loadModel", path]], merge);
   // The shape of a mesh has the name of its file.
-  if (MESH.test(path)) await edit(`Add ${name}`, [["tatu.set", created, "object.alias", name.replace(/\W/g, "_")]], merge);
+  if (MESH.test(path)) await edit(t`Add ${name}`, [["tatu.set", created, "object.alias", name.replace(/\W/g, "_")]], merge);
   await whenPresent(created);
   selectWhenPresent([created]);
   const alias = scene.objects.get(created)?.alias ?? name;
   const count = subtree(created).length;
-  writeLine("Status", `Added ${alias}: ${count > 1 ? `${count} objects` : `one ${scene.objects.get(created)?.kind ?? "object"}`}`);
+  writeLine("Status", count > 1 ? t`Added ${alias}: ${count} objects` : t`Added ${alias}`);
 }
 /** Called when the program has sent a scene with objects. @type {(() => void) | null} */
 let afterNextScene = null;
@@ -139,7 +140,7 @@ watch("scene", () => {
  */
 async function sendTogether(all, title) {
   const files = all.filter(({ name }) => ACCEPTED.test(name));
-  if (files.length > MAX_FILES) throw { error: `${title} has more than ${MAX_FILES} files` };
+  if (files.length > MAX_FILES) throw { error: t`${title} has more than ${MAX_FILES} files` };
   // A top-level folder that contains all files is removed from their paths.
   const parts = files.map(({ name }) => name.split("/"));
   const topFolder = parts[0]?.[0] ?? "";
@@ -149,7 +150,7 @@ async function sendTogether(all, title) {
   // A mesh may have files beside it, such as materials and images.
   const onlyMeshes = names.filter((name) => MESH.test(name));
   const mesh = chosenScene === null && onlyMeshes.length === 1 ? onlyMeshes[0] : undefined;
-  if (chosenScene === null && mesh === undefined) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml or .ttt, those of robots with .urdf, .xacro, .sdf, .world, .mjcf or .xml" };
+  if (chosenScene === null && mesh === undefined) throw { error: t`${title} cannot be opened: it contains no scene`, help: t`names of scene files end with .toml or .ttt, those of robots with .urdf, .xacro, .sdf, .world, .mjcf or .xml` };
   if (mesh === undefined && !(await mayClose())) return;
   const folderName = (hasTopFolder ? topFolder : title).replace(/\.zip$/i, "").replace(/[^\p{L}\p{N} ._()+-]/gu, "_").replace(/^\.+/, "");
   // The program links the folder to the connection, so after a loss, all files are sent again.
@@ -163,7 +164,7 @@ async function sendTogether(all, title) {
     }
     return [created, scenePath];
   });
-  writeLine("Status", `${files.length} files are in ${folder}`);
+  writeLine("Status", t`${files.length} files are in ${folder}`);
   if (mesh === undefined) await openScene(opened, true);
   else await addToScene(opened);
 }

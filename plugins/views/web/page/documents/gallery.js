@@ -2,6 +2,7 @@
 // The gallery: a dialog in which the user opens a scene.
 
 import { get, make } from "tatu/lib/dom";
+import { mark, t, translate } from "tatu/lib/language";
 import { failure } from "tatu/net/calls";
 import { ask, on, send } from "tatu/net/connection";
 import { writeLine } from "tatu/scene/messages";
@@ -15,7 +16,9 @@ const dialog = get("dialog", HTMLDialogElement);
 const files = get("files");
 const searchField = get("find-scene", HTMLInputElement);
 /** Sections of scenes that come with the program, in order, by the name of their folder. */
-const PROGRAM_SECTIONS = { course: "Course", first: "First steps", learn: "Learning", showcase: "Showcase", models: "Models" };
+const PROGRAM_SECTIONS = { course: mark("Course"), first: mark("First steps"), learn: mark("Learning"), showcase: mark("Showcase"), models: mark("Models") };
+/** The section of other scenes. */
+const OTHER = mark("Other");
 
 /** Opens the gallery. */
 export function openGallery() {
@@ -64,7 +67,7 @@ function card({ file, about, try: suggestion, picture }) {
   if (picture) b.append(Object.assign(new Image(240, 150), { src: `data:image/png;base64,${picture}`, alt: "" }));
   b.append(make("strong", { textContent: title(file) }));
   if (about) b.append(make("small", { textContent: about }));
-  if (suggestion) b.append(make("small", { textContent: `Try: ${suggestion}`, className: "try" }));
+  if (suggestion) b.append(make("small", { textContent: `${t`Try:`} ${suggestion}`, className: "try" }));
   li.append(b);
   return li;
 }
@@ -78,7 +81,7 @@ function section(name, all) {
   const element = make("section");
   const cardList = make("ul");
   cardList.append(...all.map(card));
-  element.append(make("h3", { textContent: name }), cardList);
+  element.append(make("h3", { textContent: translate(name) }), cardList);
   return element;
 }
 
@@ -88,7 +91,7 @@ const emptyText = make("p", { id: "no-scene" });
 function programSection(file) {
   const folders = file.split(/[\\/]/).slice(0, -1);
   const known = Object.entries(PROGRAM_SECTIONS).find(([folder]) => folders.slice(-2).includes(folder));
-  return known?.[1] ?? "Other";
+  return known?.[1] ?? OTHER;
 }
 
 /**
@@ -99,9 +102,9 @@ function programSection(file) {
  */
 function sectionsOf(all, folder) {
   const of = (/** @type {SceneFile["in"]} */ where) => all.filter((f) => f.in === where);
-  const program = [...Object.values(PROGRAM_SECTIONS), "Other"].map((name) =>
+  const program = [...Object.values(PROGRAM_SECTIONS), OTHER].map((name) =>
     /** @type {[string, SceneFile[]]} */ ([name, of("program").filter((f) => programSection(f.file) === name)]));
-  const sections = [["Recent", of("recent")], [folder ? `Yours: ${folder}` : "Yours", of("own")], ...program];
+  const sections = [[t`Recent`, of("recent")], [folder ? t`Yours: ${folder}` : t`Yours`, of("own")], ...program];
   return /** @type {[string, SceneFile[]][]} */ (sections).filter(([, scenes]) => scenes.length);
 }
 
@@ -115,7 +118,7 @@ on("files", ({ files: all, folder }) => {
   if (list === shownList) return;
   shownList = list;
   const shown = sectionsOf(all, folder).map(([name, scenes]) => section(name, scenes));
-  emptyText.textContent = shown.length ? "No scene matches the search." : "No scenes were found: drop one on the page.";
+  emptyText.textContent = shown.length ? t`No scene matches the search.` : t`No scenes were found: drop one on the page.`;
   files.replaceChildren(...shown, emptyText);
   filterCards();
 });

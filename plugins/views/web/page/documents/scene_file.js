@@ -3,6 +3,7 @@
 
 import { ask, askText, choose } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
+import { mark, t } from "tatu/lib/language";
 import { failure } from "tatu/net/calls";
 import { ask as request, call, on } from "tatu/net/connection";
 import { editState, watchEdits } from "tatu/scene/edits";
@@ -44,13 +45,13 @@ export async function save(overwrite = false) {
   if (!editState.on_disk || !/\.toml$/i.test(editState.file)) return saveAs();
   try {
     await call("tatu.saveScene", "", overwrite);
-    writeLine("Status", `Saved ${displayPath(editState.file)}`);
+    writeLine("Status", t`Saved ${displayPath(editState.file)}`);
     return true;
   } catch (thrown) {
     const { error, help } = failure(thrown);
     const isChangedOnDisk = /changed on disk/.test(error);
     const text = help ? `${error} (${help})` : error;
-    const chosen = await ask("The scene was not saved", text, isChangedOnDisk ? ["Save as", "Replace", "Cancel"] : ["Save as", "Cancel"]);
+    const chosen = await ask(mark("The scene was not saved"), text, [mark("Save as"), ...(isChangedOnDisk ? [mark("Replace")] : []), mark("Cancel")]);
     if (chosen === "Save as") return saveAs();
     return chosen === "Replace" ? save(true) : false;
   }
@@ -73,7 +74,7 @@ function proposedPath() {
  */
 export async function saveAs(proposed = proposedPath()) {
   if (!rights.canControl) return false;
-  const entered = await askText("Save the scene as", "A file in the folder in which the program was started:", proposed, "Save");
+  const entered = await askText(mark("Save the scene as"), mark("A file in the folder in which the program was started:"), proposed, mark("Save"));
   if (entered === null) return false;
   const name = /\.toml$/i.test(entered) ? entered : `${entered}.toml`;
   return saveUnder(name, false);
@@ -88,11 +89,11 @@ export async function saveAs(proposed = proposedPath()) {
 async function saveUnder(name, overwrite) {
   try {
     await call("tatu.saveScene", name, overwrite);
-    writeLine("Status", `Saved ${name}`);
+    writeLine("Status", t`Saved ${name}`);
     return true;
   } catch (thrown) {
     const { error, help } = failure(thrown);
-    const chosen = await ask("The scene was not saved", help ? `${error} (${help})` : error, ["Another name", "Replace", "Cancel"]);
+    const chosen = await ask(mark("The scene was not saved"), help ? `${error} (${help})` : error, [mark("Another name"), mark("Replace"), mark("Cancel")]);
     if (chosen === "Another name") return saveAs(name);
     return chosen === "Replace" && !overwrite ? saveUnder(name, true) : false;
   }
@@ -105,8 +106,9 @@ async function saveUnder(name, overwrite) {
 export async function mayClose() {
   for (const guard of closeGuards) if (!(await guard())) return false;
   if (!editState.unsaved || !rights.canControl) return true;
-  const text = `${editState.file.split(/[\\/]/).pop() || "The scene"} has changes that have not been saved.`;
-  const chosen = await ask("Save the changes?", text, ["Save", "Discard", "Cancel"]);
+  const name = editState.file.split(/[\\/]/).pop() || t`The scene`;
+  const text = t`${name} has changes that have not been saved.`;
+  const chosen = await ask(mark("Save the changes?"), text, [mark("Save"), mark("Discard"), mark("Cancel")]);
   if (chosen === "Save") return save();
   if (chosen !== "Discard") return false;
   // The backup copy of the changes is removed as well.
@@ -134,7 +136,7 @@ watchEdits(({ unsaved }) => {
 });
 
 function showTitle() {
-  const name = editState.file.split(/[\\/]/).pop() || "no scene";
+  const name = editState.file.split(/[\\/]/).pop() || t`no scene`;
   document.title = `${editState.unsaved ? "\u25CF " : ""}${name} \u2014 Tatu`;
 }
 on("hello", ({ acts }) => {
@@ -153,8 +155,8 @@ watchEdits(async ({ recovery, file }) => {
   if (offeredRecovery === key) return;
   offeredRecovery = key;
   const time = new Date(recovery * 1000).toLocaleString();
-  const text = make("p", { textContent: `The program ended unexpectedly. There is a copy of unsaved changes to ${displayPath(file)} from ${time}.` });
-  const chosen = await choose("Restore unsaved changes?", [text], ["Restore", "Discard", "Later"]);
+  const text = make("p", { textContent: t`The program ended unexpectedly. There is a copy of unsaved changes to ${displayPath(file)} from ${time}.` });
+  const chosen = await choose(mark("Restore unsaved changes?"), [text], [mark("Restore"), mark("Discard"), mark("Later")]);
   if (chosen === "Restore" || chosen === "Discard") await call("tatu.recover", chosen === "Restore").catch(reportError);
 });
 

@@ -3,6 +3,7 @@
 
 import { ask as question } from "tatu/lib/dialogs";
 import { get } from "tatu/lib/dom";
+import { mark, t } from "tatu/lib/language";
 import { failure } from "tatu/net/calls";
 import { ask, on, send } from "tatu/net/connection";
 import { reportError, writeLine } from "tatu/scene/messages";
@@ -64,7 +65,7 @@ function isUnsaved() {
 /** Asks what to do with unsaved changes, if any. Returns a promise of whether the script may be closed. */
 async function mayClose() {
   if (!isUnsaved() || !openedScript) return true;
-  const chosen = await question("Save the script?", `${openedScript.name} has changes that are not in the scene.`, ["Save", "Discard", "Cancel"]);
+  const chosen = await question(mark("Save the script?"), t`${openedScript.name} has changes that are not in the scene.`, [mark("Save"), mark("Discard"), mark("Cancel")]);
   if (chosen === "Save") return save();
   if (chosen !== "Discard") return false;
   saved.text = editorView?.state.doc.toString() ?? "";
@@ -124,7 +125,7 @@ on("script", ({ script, text, version }) => {
   if (editorView && shownScript === script && fieldText !== saved.text) {
     // The editor has unsaved changes, which must not be replaced by the source that another client has saved.
     if (fieldText === text) saved = { text, version };
-    else if (version !== saved.version) writeLine("Status", `${openedScript.name} was changed elsewhere: saving it will show both texts`, "warning");
+    else if (version !== saved.version) writeLine("Status", t`${openedScript.name} was changed elsewhere: saving it will show both texts`, "warning");
     return;
   }
   saved = { text, version };
@@ -142,7 +143,9 @@ on("script", ({ script, text, version }) => {
  */
 async function offerDraft(draft, text) {
   const script = shownScript;
-  const chosen = await question("Continue with the unsaved text?", `${openedScript?.name || "This script"} has a text that was not saved when its scene was closed.`, ["Continue", "Discard"]);
+  const name = openedScript?.name || t`The script`;
+  const explanation = t`${name} has a text that was not saved when its scene was closed.`;
+  const chosen = await question(mark("Continue with the unsaved text?"), explanation, [mark("Continue"), mark("Discard")]);
   if (shownScript !== script) return;
   if (chosen === "Discard") removeDraft(home.file, home.place);
   fill(chosen === "Discard" ? text : draft);
@@ -172,8 +175,8 @@ function followScene() {
     if (shownScript) shownScript = found.id;
     send({ type: "script", script: found.id });
   } else {
-    const name = openedScript?.name || "the script";
-    if (keepDraft()) writeLine("Status", `The unsaved text of ${name} is kept: open the script again to continue with it`, "warning");
+    const name = openedScript?.name || t`the script`;
+    if (keepDraft()) writeLine("Status", t`The unsaved text of ${name} is kept: open the script again to continue with it`, "warning");
     closeEditor();
   }
 }
@@ -242,7 +245,7 @@ async function saveSource(script, text, from) {
     saved = { text, version };
     removeDraft(home.file, home.place);
     if (editorView?.state.doc.toString() !== text) fill(text);
-    writeLine("Status", `${script.name || "Script"}: the new text is in the scene`);
+    writeLine("Status", t`${script.name || t`The script`}: the new text is in the scene`);
     return true;
   } catch (thrown) {
     markError(failure(thrown).error);

@@ -4,6 +4,7 @@
 
 import { choose } from "tatu/lib/dialogs";
 import { make } from "tatu/lib/dom";
+import { mark, t } from "tatu/lib/language";
 
 /**
  * Creates a labelled text field.
@@ -26,14 +27,14 @@ function textPane(name, value) {
  * @returns {Promise<{ mine: boolean, text: string } | null>}
  */
 export async function resolveConflict(script, mine, theirs) {
-  const [mineField, theirsField] = [textPane("Mine", mine), textPane("Theirs", theirs)];
+  const [mineField, theirsField] = [textPane(t`Mine`, mine), textPane(t`Theirs`, theirs)];
   mineField.area.id = "mine";
   theirsField.area.id = "theirs";
   const panes = make("div", { className: "both" });
   panes.append(mineField.label, theirsField.label);
   // The user may merge parts of one text into the other before choosing it.
-  const text = make("p", { textContent: "Another page has saved this script since it was opened here. Copy what you need from one text to the other, then choose." });
-  const chosen = await choose(`${script} was changed twice`, [text, panes], ["Keep mine", "Take theirs", "Cancel"], () => {
+  const text = make("p", { textContent: t`Another page has saved this script since it was opened here. Copy what you need from one text to the other, then choose.` });
+  const chosen = await choose(t`${script} was changed twice`, [text, panes], [mark("Keep mine"), mark("Take theirs"), mark("Cancel")], () => {
     panes.closest("dialog")?.classList.add("wide-dialog");
     mineField.area.focus();
   });

@@ -3,6 +3,7 @@
 
 import * as THREE from "three";
 import { get, make } from "tatu/lib/dom";
+import { t } from "tatu/lib/language";
 import { describeObjects, edit } from "tatu/scene/edits";
 import { isBelow, topmost } from "tatu/scene/hierarchy";
 import { reportError } from "tatu/scene/messages";
@@ -69,12 +70,12 @@ function align(axis, part) {
   root.updateMatrixWorld(true);
   const side = (/** @type {THREE.Box3} */ box) => box.min[axis] + part * (box.max[axis] - box.min[axis]);
   const goal = side(boxOf(selected()));
-  return moveEach("Align", (box) => along(axis, goal - side(box)));
+  return moveEach(t`Align`, (box) => along(axis, goal - side(box)));
 }
 
 /** Moves each selected object vertically so that its lowest point is at z = 0. */
 function putOnGround() {
-  return moveEach("Put down", (box) => along("z", -box.min.z));
+  return moveEach(t`Put down`, (box) => along("z", -box.min.z));
 }
 
 /**
@@ -88,7 +89,7 @@ function distribute(axis) {
   const [low, high] = [sorted[0]?.at ?? 0, sorted.at(-1)?.at ?? 0];
   const positions = new Map(sorted.map(({ id }, i) => [id, low + (i * (high - low)) / Math.max(1, sorted.length - 1)]));
   const ids = topmost(selection());
-  return moveEach("Distribute", (box, i) => along(axis, (positions.get(ids[i] ?? 0) ?? 0) - box.getCenter(new THREE.Vector3())[axis]));
+  return moveEach(t`Distribute`, (box, i) => along(axis, (positions.get(ids[i] ?? 0) ?? 0) - box.getCenter(new THREE.Vector3())[axis]));
 }
 
 /** Attaches the second selected object to the first one without moving it. */
@@ -99,8 +100,8 @@ function assemble() {
 }
 
 const bar = get("arrange");
-const axis = make("select", { title: "Axis" });
-axis.setAttribute("aria-label", "Axis");
+const axis = make("select", { title: t`Axis` });
+axis.setAttribute("aria-label", t`Axis`);
 for (const name of ["x", "y", "z"]) axis.add(new Option(name, name));
 const chosenAxis = () => /** @type {Axis} */ (axis.value);
 
@@ -117,13 +118,13 @@ function button(id, name, title, action) {
   return b;
 }
 
-bar.append(make("span", { textContent: "Align" }), axis);
-button("align-low", "low", "Align the lower sides along the axis to those of the object selected last", () => align(chosenAxis(), 0));
-button("align-middle", "middle", "Align the middles along the axis", () => align(chosenAxis(), 0.5));
-button("align-high", "high", "Align the upper sides along the axis", () => align(chosenAxis(), 1));
-button("spread", "distribute", "Distribute the centres evenly along the axis", () => distribute(chosenAxis()));
-button("ground", "to the ground", "Move the lowest point of each object to height 0", putOnGround);
-const assembleButton = button("assemble", "assemble", "Attach the object selected last to the one selected first without moving it", assemble);
+bar.append(make("span", { textContent: t`Align` }), axis);
+button("align-low", t`low`, t`Align the lower sides along the axis to those of the object selected last`, () => align(chosenAxis(), 0));
+button("align-middle", t`middle`, t`Align the middles along the axis`, () => align(chosenAxis(), 0.5));
+button("align-high", t`high`, t`Align the upper sides along the axis`, () => align(chosenAxis(), 1));
+button("spread", t`distribute`, t`Distribute the centres evenly along the axis`, () => distribute(chosenAxis()));
+button("ground", t`to the ground`, t`Move the lowest point of each object to height 0`, putOnGround);
+const assembleButton = button("assemble", t`assemble`, t`Attach the object selected last to the one selected first without moving it`, assemble);
 
 function updateToolbar() {
   const count = selection().length;

@@ -4,6 +4,7 @@
 import * as THREE from "three";
 import { TransformControls } from "three/gizmo";
 import { get } from "tatu/lib/dom";
+import { t } from "tatu/lib/language";
 import { compose, frameOf, inverse, positionOf, rotationAbout, translationAlong } from "tatu/lib/poses";
 import { reason } from "tatu/net/calls";
 import { on } from "tatu/net/connection";
@@ -32,7 +33,7 @@ export const moveTool = {
   guides: false,
 };
 /** Verbs for the labels of edits. */
-export const EDIT_VERBS = { translate: "Move", rotate: "Turn" };
+export const EDIT_VERBS = { translate: t`Move`, rotate: t`Turn` };
 
 /** @type {(() => void)[]} */
 const watchers = [];

@@ -2,6 +2,7 @@
 // Moves an object by the joints above it, as one guides an arm by its hand: the object goes where the user drags it, as
 // far as the joints allow.
 
+import { t } from "tatu/lib/language";
 import { movedPose } from "tatu/lib/poses";
 import { failure, sendLatest } from "tatu/net/calls";
 import { call } from "tatu/net/connection";
@@ -33,7 +34,7 @@ export class GuideEdit {
     this.#id = id;
     this.#initial = initial;
     this.#what = what;
-    const label = `Guide ${describeObjects([id])}`;
+    const label = t`Guide ${describeObjects([id])}`;
     this.#send = sendLatest(async (/** @type {Pose} */ goal) => {
       const [positions, joints, refusal] = await this.#solve(goal);
       const to = positions ?? refusal.nearest;
@@ -51,7 +52,7 @@ export class GuideEdit {
     const initial = await posesOf(id);
     const [, joints] = await call("tatu.kin.ik", id, initial.world).catch((thrown) => {
       const { error, help } = failure(thrown);
-      throw { error: `the object cannot be guided: ${error}`, help };
+      throw { error: t`the object cannot be guided: ${error}`, help };
     });
     return new GuideEdit(id, initial, joints.length < POSE_JOINTS ? "position" : "pose");
   }

@@ -1,6 +1,7 @@
 // @ts-check
 // Actions on the selection: delete, copy, cut, paste, duplicate, attach, rename.
 
+import { t } from "tatu/lib/language";
 import { describeObjects, edit, newMergeKey } from "tatu/scene/edits";
 import { isBelow, subtree, topmost } from "tatu/scene/hierarchy";
 import { reportError, writeLine } from "tatu/scene/messages";
@@ -23,7 +24,7 @@ export async function remove() {
   const ids = topmost(selection());
   if (!rights.canControl || !ids.length) return;
   try {
-    await edit(`Delete ${describeObjects(ids)}`, [["tatu.remove", subtrees(ids)]]);
+    await edit(t`Delete ${describeObjects(ids)}`, [["tatu.remove", subtrees(ids)]]);
   } catch (thrown) {
     reportError(thrown);
   }
@@ -34,7 +35,7 @@ export function copyToClipboard(cut) {
   const ids = topmost(selection());
   if (!ids.length) return;
   clipboard = { ids, cut };
-  writeLine("Status", `${cut ? "Cut" : "Copied"} ${describeObjects(ids)}`);
+  writeLine("Status", cut ? t`Cut ${describeObjects(ids)}` : t`Copied ${describeObjects(ids)}`);
 }
 
 /** Returns whether objects have been copied or cut that can be pasted. */
@@ -68,14 +69,14 @@ export async function paste() {
       const merge = newMergeKey();
       for (const id of ids) {
         const { x, y, z } = worldPosition(id);
-        await edit(`Move ${describeObjects(ids)}`, [
+        await edit(t`Move ${describeObjects(ids)}`, [
           ["tatu.set", id, "object.parent", 0],
           ["tatu.set", id, "object.position", [x + (offset[0] ?? 0), y + (offset[1] ?? 0), z]],
         ], merge);
       }
       clipboard = { ids: [], cut: false };
       selectAll(ids);
-    } else await copy("Paste", ids, offset, 0);
+    } else await copy(t`Paste`, ids, offset, 0);
   } catch (thrown) {
     reportError(thrown);
   }
@@ -87,7 +88,7 @@ export async function duplicate() {
   if (!rights.canControl || !ids.length) return;
   const parents = new Set(ids.map((id) => scene.objects.get(id)?.parent ?? 0));
   try {
-    await copy("Duplicate", ids, [0.3, 0.3, 0], parents.size === 1 ? [...parents][0] ?? 0 : 0);
+    await copy(t`Duplicate`, ids, [0.3, 0.3, 0], parents.size === 1 ? [...parents][0] ?? 0 : 0);
   } catch (thrown) {
     reportError(thrown);
   }
@@ -101,9 +102,9 @@ export async function duplicate() {
 export async function reparent(ids, parent) {
   const moved = topmost(ids).filter((id) => id !== parent && !isBelow(parent, id) && scene.objects.get(id)?.parent !== parent);
   if (!rights.canControl || !moved.length) return;
-  const target = parent ? scene.objects.get(parent)?.alias ?? "" : "the world";
+  const target = parent ? scene.objects.get(parent)?.alias ?? "" : t`the world`;
   try {
-    await edit(`Attach ${describeObjects(moved)} to ${target}`, moved.map((id) => ["tatu.set", id, "object.parent", parent]));
+    await edit(t`Attach ${describeObjects(moved)} to ${target}`, moved.map((id) => ["tatu.set", id, "object.parent", parent]));
   } catch (thrown) {
     reportError(thrown);
   }
@@ -118,7 +119,7 @@ export async function rename(id, name) {
   const o = scene.objects.get(id);
   if (!rights.canControl || !o || !name || name === o.alias) return;
   try {
-    await edit(`Rename ${o.alias} to ${name}`, [["tatu.set", id, "object.alias", name]]);
+    await edit(t`Rename ${o.alias} to ${name}`, [["tatu.set", id, "object.alias", name]]);
   } catch (thrown) {
     reportError(thrown);
   }

@@ -4,6 +4,7 @@
 
 import { get, make } from "tatu/lib/dom";
 import { icon } from "tatu/lib/icons";
+import { translate } from "tatu/lib/language";
 import { ask, call, on } from "tatu/net/connection";
 import { reportError } from "tatu/scene/messages";
 import { rights } from "tatu/scene/store";
@@ -36,7 +37,7 @@ const pictureObserver = new IntersectionObserver((entries) => {
 
 /** Creates the button of an item. @param {Item} item */
 function itemButton(item) {
-  const b = make("button", { className: "entry", title: item.text });
+  const b = make("button", { className: "entry", title: translate(item.text) });
   b.dataset.item = item.name;
   if (item.model) {
     const picture = make("img", { alt: "", width: 112, height: 84, hidden: true });
@@ -45,7 +46,7 @@ function itemButton(item) {
     picture.dataset.model = item.model;
     pictureObserver.observe(b);
   }
-  b.append(make("strong", { textContent: item.title ?? item.name.replaceAll("_", " ") }), make("small", { textContent: item.text }));
+  b.append(make("strong", { textContent: item.title ?? translate(item.name.replaceAll("_", " ")) }), make("small", { textContent: translate(item.text) }));
   /** @type {{ x: number, y: number } | null} */
   let press = null;
   b.onpointerdown = (e) => {
@@ -69,10 +70,10 @@ function itemButton(item) {
 
 /** Creates a section. @param {Section} section */
 function sectionElement({ name, items }) {
-  const element = make("details", { open: name === "Shapes" });
+  const element = make("details", { open: name === FIXED[0]?.name });
   const group = make("div", { className: items.some((item) => item.model) ? "pictures" : "" });
   group.append(...items.map(itemButton));
-  element.append(make("summary", { textContent: name }), group);
+  element.append(make("summary", { textContent: translate(name) }), group);
   return element;
 }
 
@@ -115,7 +116,7 @@ search.oninput = () => {
       isAnyShown ||= !b.hidden;
     }
     element.hidden = !isAnyShown;
-    element.open = search.value ? isAnyShown : element.firstElementChild?.textContent === "Shapes";
+    element.open = search.value ? isAnyShown : element === list.firstElementChild;
   }
 };
 on("hello", ({ acts }) => { button.hidden = !acts; });

@@ -1,6 +1,7 @@
 // @ts-check
 // The items of the palette, with their descriptions in the format of scene files. This module does not access the DOM.
 
+import { mark } from "tatu/lib/language";
 /**
  * An item of the palette, described by `toml`, or a model with the id `model`. `name` is that of the edit, `title` the one
  * shown in the palette, if it is another; `isRobot` is whether a model is expected to move by itself. `form` and `size` (m) are those of the
@@ -51,30 +52,30 @@ function otherItem(name, text, keys, overrides = {}) {
 /** @type {Section[]} */
 export const FIXED = [
   {
-    name: "Shapes",
+    name: mark("Shapes"),
     items: [
-      shape("box", "box", [0.2, 0.2, 0.2], "A box that falls and collides"),
-      shape("sphere", "sphere", [0.2, 0.2, 0.2], "A ball that rolls"),
-      shape("cylinder", "cylinder", [0.2, 0.2, 0.3], "A cylinder that stands upright"),
-      shape("capsule", "capsule", [0.2, 0.2, 0.4], "A cylinder with round ends"),
-      { ...shape("plane", "plane", [4, 4, 0.001], "An infinite floor that does not move", false), toml: object("plane", 'kind = "shape"\nprimitive = "plane"\nrespondable = true'), lift: 0 },
-      shape("wall", "box", [2, 0.1, 0.6], "A wall that does not move", false),
+      shape("box", "box", [0.2, 0.2, 0.2], mark("A box that falls and collides")),
+      shape("sphere", "sphere", [0.2, 0.2, 0.2], mark("A ball that rolls")),
+      shape("cylinder", "cylinder", [0.2, 0.2, 0.3], mark("A cylinder that stands upright")),
+      shape("capsule", "capsule", [0.2, 0.2, 0.4], mark("A cylinder with round ends")),
+      { ...shape("plane", "plane", [4, 4, 0.001], mark("An infinite floor that does not move"), false), toml: object("plane", 'kind = "shape"\nprimitive = "plane"\nrespondable = true'), lift: 0 },
+      shape("wall", "box", [2, 0.1, 0.6], mark("A wall that does not move"), false),
     ],
   },
   {
-    name: "Joints",
+    name: mark("Joints"),
     items: [
-      otherItem("revolute", "Turns about its z axis; attach a shape to it", 'kind = "joint"\ntype = "revolute"', { attach: true }),
-      otherItem("prismatic", "Slides along its z axis; attach a shape to it", 'kind = "joint"\ntype = "prismatic"\nlimits_m = [-0.5, 0.5]', { attach: true }),
+      otherItem("revolute", mark("Turns about its z axis; attach a shape to it"), 'kind = "joint"\ntype = "revolute"', { attach: true }),
+      otherItem("prismatic", mark("Slides along its z axis; attach a shape to it"), 'kind = "joint"\ntype = "prismatic"\nlimits_m = [-0.5, 0.5]', { attach: true }),
     ],
   },
   {
-    name: "Others",
+    name: mark("Others"),
     items: [
-      otherItem("dummy", "A frame: a point with an orientation", 'kind = "dummy"'),
-      otherItem("light", "A light for rendered images", 'kind = "light"', { lift: 2 }),
-      otherItem("camera", "A viewpoint for rendered images", 'kind = "camera"', { lift: 1 }),
-      otherItem("graph", "Records values over time", 'kind = "graph"'),
+      otherItem("dummy", mark("A frame: a point with an orientation"), 'kind = "dummy"'),
+      otherItem("light", mark("A light for rendered images"), 'kind = "light"', { lift: 2 }),
+      otherItem("camera", mark("A viewpoint for rendered images"), 'kind = "camera"', { lift: 1 }),
+      otherItem("graph", mark("Records values over time"), 'kind = "graph"'),
     ],
   },
 ];
@@ -89,9 +90,9 @@ export function devices(kinds) {
     otherItem(k.id, k.text, `kind = "${deviceKind}"\n${deviceKind} = "${k.id}"`, { attach: true })
   ));
   const sections = [
-    { name: "Sensors", items: itemsOf("sensor") },
-    { name: "Actuators", items: itemsOf("actuator") },
-    { name: "Parts", items: itemsOf("part") },
+    { name: mark("Sensors"), items: itemsOf("sensor") },
+    { name: mark("Actuators"), items: itemsOf("actuator") },
+    { name: mark("Parts"), items: itemsOf("part") },
   ];
   return sections.filter((s) => s.items.length);
 }
@@ -101,7 +102,7 @@ const MODEL_SECTIONS = [
   "mobile robots", "arms", "grippers", "flying robots", "legged robots", "boats", "sensors", "machines", "furniture", "structures", "course items", "people",
 ];
 /** Titles of sections of models that cannot be derived from the category. @type {{ [category: string]: string | undefined }} */
-const SECTION_TITLES = { sensors: "Sensor models", "": "Other models" };
+const SECTION_TITLES = { sensors: mark("Sensor models"), "": mark("Other models") };
 /** Categories of models that are expected to move by themselves. */
 const ROBOTS = /robots|arms|boats/;
 /** Maximum length of a title that is taken from the description of a model, characters. */

@@ -3,6 +3,7 @@
 // the surface under the pointer.
 
 import * as THREE from "three";
+import { t } from "tatu/lib/language";
 import { call } from "tatu/net/connection";
 import { edit, newMergeKey } from "tatu/scene/edits";
 import { subtree } from "tatu/scene/hierarchy";
@@ -112,8 +113,8 @@ async function addDriveScript(item, id, label, merge) {
   if (drive?.type) {
     const text = await (await fetch("/page/edit/drive.lua")).text();
     await edit(label, [["tatu.addScript", id, text]], merge);
-    writeLine("Status", `${name} has a script that drives it around: double-click it to change the script`);
-  } else writeLine("Status", `${name} has no script: double-click it to write one`);
+    writeLine("Status", t`${name} has a script that drives it around: double-click it to change the script`);
+  } else writeLine("Status", t`${name} has no script: double-click it to write one`);
 }
 
 /**
@@ -124,7 +125,7 @@ async function addDriveScript(item, id, label, merge) {
  */
 async function placeModel(item, model, found) {
   const { x, y, z } = found.point;
-  const label = `Add ${item.name}`;
+  const label = t`Add ${item.name}`;
   const merge = newMergeKey();
   const [[created] = []] = await edit(label, [["tatu.addModel", model]], merge);
   const [position] = await call("tatu.get", created, "object.position");
@@ -132,7 +133,7 @@ async function placeModel(item, model, found) {
   const parent = item.attach ? bodyFor(found.id) : 0;
   if (parent) {
     await edit(label, [["tatu.set", created, "object.parent", parent]], merge);
-    writeLine("Status", `${item.title ?? item.name} is attached to ${scene.objects.get(parent)?.alias ?? "the body below it"}`);
+    writeLine("Status", t`${item.title ?? item.name} is attached to ${scene.objects.get(parent)?.alias ?? t`the body below it`}`);
   }
   try {
     await addDriveScript(item, created, label, merge);
@@ -150,7 +151,7 @@ async function placeItem(item, at) {
   const found = positionOver(item, at);
   if (!found) return;
   const { x, y, z } = found.point;
-  const label = `Add ${item.name}`;
+  const label = t`Add ${item.name}`;
   const merge = newMergeKey();
   try {
     if (item.model) {

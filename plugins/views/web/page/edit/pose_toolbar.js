@@ -3,6 +3,7 @@
 
 import { get, make } from "tatu/lib/dom";
 import { evaluate } from "tatu/lib/expressions";
+import { t } from "tatu/lib/language";
 import { compose, frameOf, inverse, positionOf, rotationAbout, rotationOf, translationAlong } from "tatu/lib/poses";
 import { conjugate, fromDegrees, multiply, toDegrees } from "tatu/lib/rotations";
 import { reason } from "tatu/net/calls";
@@ -18,17 +19,17 @@ import { posesOf } from "tatu/edit/pose_edit";
 const REFRESH_INTERVAL = 250;
 /** @type {[Frame, string, string][]} */
 const FRAMES = [
-  ["world", "World", "Along the axes of the world"], ["parent", "Parent", "Along the axes of the parent, as in scene files"],
-  ["own", "Own", "Along the object's own axes; values are relative to the current pose"],
+  ["world", t`World`, t`Along the axes of the world`], ["parent", t`Parent`, t`Along the axes of the parent, as in scene files`],
+  ["own", t`Own`, t`Along the object's own axes; values are relative to the current pose`],
 ];
 const AXES = ["x", "y", "z"];
 
 const bar = make("div", { className: "typed", hidden: true });
 bar.setAttribute("role", "toolbar");
-bar.setAttribute("aria-label", "Position and orientation");
+bar.setAttribute("aria-label", t`Position and orientation`);
 const verbLabel = make("strong");
-const frameSelect = make("select", { title: "Whose axes" });
-frameSelect.setAttribute("aria-label", "Axes");
+const frameSelect = make("select", { title: t`Whose axes` });
+frameSelect.setAttribute("aria-label", t`Axes`);
 for (const [frame, name, title] of FRAMES) {
   const option = new Option(name, frame);
   option.title = title;
@@ -39,8 +40,8 @@ const errorText = make("span", { className: "why" });
 errorText.setAttribute("role", "alert");
 const unit = make("span", { className: "unit" });
 const fields = AXES.map((name, i) => {
-  const only = make("button", { textContent: name, className: `axis ${name}`, title: `Restrict to this axis (${name.toUpperCase()})` });
-  only.setAttribute("aria-label", `Only ${name}`);
+  const only = make("button", { textContent: name, className: `axis ${name}`, title: t`Restrict to this axis (${name.toUpperCase()})` });
+  only.setAttribute("aria-label", t`Only ${name}`);
   only.onclick = () => setMoveTool({ freeAxis: moveTool.freeAxis === i ? -1 : i });
   const field = make("input", { type: "text", inputMode: "decimal", autocomplete: "off", size: 8 });
   field.setAttribute("aria-label", name);
@@ -119,7 +120,7 @@ async function applyText(i, text) {
   if (!f) return;
   try {
     const value = evaluate(text, moveTool.mode === "rotate" ? "\u00b0" : "m");
-    if (!Number.isFinite(value)) throw { error: `expected a number in ${moveTool.mode === "rotate" ? "degrees" : "m"}` };
+    if (!Number.isFinite(value)) throw { error: t`expected a number in ${moveTool.mode === "rotate" ? "\u00b0" : "m"}` };
     f.shown = f.field.value;
     await apply(i, value);
     f.field.removeAttribute("aria-invalid");
@@ -159,7 +160,8 @@ for (const kind of ["keydown", "pointerdown", "pointerup", "wheel"]) bar.addEven
 
 watchMoveTool(() => {
   bar.hidden = !gizmoObject();
-  verbLabel.textContent = moveTool.mode ? (moveTool.guides ? "Guide" : EDIT_VERBS[moveTool.mode]) + (moveTool.frame === "own" ? " by" : " to") : "";
+  const verb = moveTool.mode ? (moveTool.guides ? t`Guide` : EDIT_VERBS[moveTool.mode]) : "";
+  verbLabel.textContent = !verb ? "" : moveTool.frame === "own" ? t`${verb} by` : t`${verb} to`;
   unit.textContent = moveTool.mode === "rotate" ? "\u00b0" : "m";
   frameSelect.value = moveTool.frame;
   fields.forEach(({ only }, i) => only.setAttribute("aria-pressed", String(moveTool.freeAxis === i)));

@@ -1,7 +1,8 @@
 // @ts-check
-// Modal dialogs that ask the user a question.
+// Modal dialogs that ask the user a question. Titles, texts and names of buttons are translated here.
 
 import { make } from "tatu/lib/dom";
+import { mark, translate } from "tatu/lib/language";
 
 /**
  * Shows a dialog. Returns a promise of the name of the chosen button, or of "" if the user pressed Escape.
@@ -13,11 +14,11 @@ import { make } from "tatu/lib/dom";
  */
 export function choose(title, content, buttons, onShown) {
   const dialog = make("dialog", { className: "question" });
-  dialog.setAttribute("aria-label", title);
+  dialog.setAttribute("aria-label", translate(title));
   const form = make("form", { method: "dialog" });
   const row = make("div", { className: "buttons" });
-  row.append(...buttons.map((name) => make("button", { value: name, textContent: name })));
-  form.append(make("h2", { textContent: title }), ...content, row);
+  row.append(...buttons.map((name) => make("button", { value: name, textContent: translate(name) })));
+  form.append(make("h2", { textContent: translate(title) }), ...content, row);
   dialog.append(form);
   document.body.append(dialog);
   return new Promise((resolve) => {
@@ -37,7 +38,7 @@ export function choose(title, content, buttons, onShown) {
  * @param {string[]} buttons
  */
 export function ask(title, text, buttons) {
-  return choose(title, [make("p", { textContent: text })], buttons);
+  return choose(title, [make("p", { textContent: translate(text) })], buttons);
 }
 
 /**
@@ -50,7 +51,7 @@ export function ask(title, text, buttons) {
  */
 export async function askText(title, text, value, button) {
   const field = make("input", { value, className: "wide" });
-  field.setAttribute("aria-label", text);
-  const chosen = await choose(title, [make("p", { textContent: text }), field], [button, "Cancel"], () => field.select());
+  field.setAttribute("aria-label", translate(text));
+  const chosen = await choose(title, [make("p", { textContent: translate(text) }), field], [button, mark("Cancel")], () => field.select());
   return chosen === button && field.value.trim() ? field.value.trim() : null;
 }

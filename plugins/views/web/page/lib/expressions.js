@@ -1,6 +1,7 @@
 // @ts-check
 // Evaluates typed quantities such as "2*3", "45 deg" or "10 cm + 5 mm". This module does not access the DOM.
 
+import { t } from "tatu/lib/language";
 /** Units of the same dimension, each with its ratio to the first one. @type {{ [unit: string]: number }[]} */
 const DIMENSIONS = [
   { m: 1, cm: 0.01, mm: 0.001, km: 1000, in: 0.0254 },
@@ -28,7 +29,7 @@ function ratioOf(unit, target) {
   const dimension = DIMENSIONS.find((d) => unit in d);
   const [from, to] = [dimension?.[unit], dimension?.[target]];
   if (from !== undefined && to !== undefined) return from / to;
-  throw { error: `"${unit}" is not a unit of this value${target ? `, which is in ${target}` : ", which has none"}` };
+  throw { error: target ? t`"${unit}" is not a unit of this value, which is in ${target}` : t`"${unit}" is not a unit of this value, which has none` };
 }
 
 /**
@@ -41,7 +42,7 @@ function ratioOf(unit, target) {
  */
 export function evaluate(text, unit) {
   let rest = text.replaceAll("\u2212", "-").replaceAll("\u00b7", "*").trim();
-  const invalid = () => ({ error: `expected a number${unit ? ` in ${unit}` : ""}, found "${text}"` });
+  const invalid = () => ({ error: unit ? t`expected a number in ${unit}, found "${text}"` : t`expected a number, found "${text}"` });
   if (!rest || rest.length > MAX_LENGTH) throw invalid();
   /** Removes a part from the beginning of the text, and returns it; null if it is not there. @param {RegExp} pattern */
   const take = (pattern) => {

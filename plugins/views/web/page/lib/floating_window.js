@@ -3,6 +3,7 @@
 // used last is in front.
 
 import { get, make } from "tatu/lib/dom";
+import { t } from "tatu/lib/language";
 
 /**
  * A window: its element, its title bar and title, the element for its content, and a function that closes it.
@@ -79,12 +80,12 @@ const DIRECTIONS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], A
 export function openFloatingWindow({ key, title: text, width, height, closed }) {
   const box = make("section", { className: "window pane" });
   box.setAttribute("aria-label", text);
-  const bar = make("div", { className: "title", tabIndex: 0, title: "Drag, or arrow keys: move; with Shift: size; Escape: close" });
+  const bar = make("div", { className: "title", tabIndex: 0, title: t`Drag, or arrow keys: move; with Shift: size; Escape: close` });
   bar.setAttribute("role", "group");
-  bar.setAttribute("aria-label", `Window ${text}`);
+  bar.setAttribute("aria-label", t`Window ${text}`);
   const title = make("span", { textContent: text });
-  const closeButton = make("button", { type: "button", textContent: "\u00D7", title: "Close" });
-  closeButton.setAttribute("aria-label", `Close ${text}`);
+  const closeButton = make("button", { type: "button", textContent: "\u00D7", title: t`Close` });
+  closeButton.setAttribute("aria-label", t`Close ${text}`);
   bar.append(title, closeButton);
   const body = make("div", { className: "body" });
   box.append(bar, body);

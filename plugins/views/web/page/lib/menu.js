@@ -1,7 +1,8 @@
 // @ts-check
-// Context menus and menus of buttons.
+// Context menus and menus of buttons. Names of entries are translated here.
 
 import { make } from "tatu/lib/dom";
+import { translate } from "tatu/lib/language";
 
 /**
  * An entry of a menu: `keys` is the keyboard shortcut, which is shown at the right; `isDisabled` is whether the entry
@@ -34,7 +35,7 @@ export function openMenu(x, y, entries) {
   for (const { name, keys, action, isDisabled } of entries) {
     const b = make("button", { disabled: isDisabled });
     b.setAttribute("role", "menuitem");
-    b.append(make("span", { textContent: name }), make("small", { textContent: keys }));
+    b.append(make("span", { textContent: translate(name) }), make("small", { textContent: keys }));
     b.onclick = () => {
       close();
       action();

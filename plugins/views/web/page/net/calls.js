@@ -1,6 +1,7 @@
 // @ts-check
 // Tracks pending calls by their numbers. This module does not access the DOM, so it can be tested without a browser.
 
+import { t } from "tatu/lib/language";
 /** @import { ToPage } from "tatu/protocol" */
 
 /**
@@ -72,7 +73,7 @@ export class Calls {
     const all = [...this.#waiting.values()];
     this.#waiting.clear();
     for (const { what, reject } of all) {
-      reject({ error: `the connection was lost before the program answered ${what}`, help: "check whether it was done, and repeat it if not", lost: true });
+      reject({ error: t`the connection was lost before the program answered ${what}`, help: t`check whether it was done, and repeat it if not`, lost: true });
     }
   }
 

@@ -1,6 +1,7 @@
 // @ts-check
 // The connection to the program. Sends requests, and passes received messages to the handlers of their kind.
 
+import { t } from "tatu/lib/language";
 import { BINARY } from "tatu/net/binary_messages";
 import { Calls, failure } from "tatu/net/calls";
 
@@ -81,7 +82,7 @@ export async function ask(message, description) {
  * @param {string} help
  */
 function requireConnection(result, help) {
-  if (socket?.readyState !== WebSocket.OPEN) throw { error: `${result}: there is no connection to the program`, help, lost: true };
+  if (socket?.readyState !== WebSocket.OPEN) throw { error: t`${result}: there is no connection to the program`, help, lost: true };
 }
 
 /**

@@ -3,6 +3,7 @@
 
 import { get, make } from "tatu/lib/dom";
 import { evaluate } from "tatu/lib/expressions";
+import { t } from "tatu/lib/language";
 import { formatNumber } from "tatu/lib/numbers";
 import { eachEntry } from "tatu/net/binary_messages";
 import { reason, sendLatest } from "tatu/net/calls";
@@ -33,8 +34,8 @@ panel.ontoggle = () => localStorage.setItem("tatu joints", panel.open ? "1" : ""
 const list = make("div");
 const errorText = make("p", { className: "why" });
 errorText.setAttribute("role", "alert");
-const reset = make("button", { type: "button", textContent: "Reset", title: "Move the joints back to their positions at the time of selection" });
-const summary = make("summary", { textContent: "Joints" });
+const reset = make("button", { type: "button", textContent: t`Reset`, title: t`Move the joints back to their positions at the time of selection` });
+const summary = make("summary", { textContent: t`Joints` });
 panel.append(summary, list, errorText, reset);
 get("rows").before(panel);
 
@@ -65,7 +66,7 @@ function selectedJoints() {
  * @param {string} [merge]
  */
 async function moveJoint(j, to, merge) {
-  await edit(`Move ${j.alias}`, await callsToMoveJoint(j.id, to), merge);
+  await edit(t`Move ${j.alias}`, await callsToMoveJoint(j.id, to), merge);
 }
 
 /** @param {unknown} thrown */
@@ -97,10 +98,10 @@ async function createSlider(o) {
   const slider = make("input", {
     type: "range", min: String(range[0] * unit.factor), max: String(range[1] * unit.factor), step: "any", disabled: !rights.canControl,
   });
-  slider.setAttribute("aria-label", `Position of ${o.alias}`);
-  const field = textInput(`Position of ${o.alias} in ${isPrismatic ? "m" : "degrees"}`, async (text) => {
+  slider.setAttribute("aria-label", t`Position of ${o.alias}`);
+  const field = textInput(t`Position of ${o.alias} in ${isPrismatic ? "m" : t`degrees`}`, async (text) => {
     const to = evaluate(text, unit.text) / unit.factor;
-    if (!Number.isFinite(to)) throw { error: `expected a number in ${unit.text}, found "${text}"` };
+    if (!Number.isFinite(to)) throw { error: t`expected a number in ${unit.text}, found "${text}"` };
     await moveJoint(j, to);
   }, (text) => { errorText.textContent = text; });
   /** @type {JointSlider} */
@@ -140,13 +141,13 @@ async function build() {
   errorText.textContent = "";
   list.replaceChildren(...found.map((j) => {
     const row = make("div", { className: "joint" });
-    const name = make("button", { type: "button", className: "link", textContent: j.alias, title: `Select ${j.alias}` });
+    const name = make("button", { type: "button", className: "link", textContent: j.alias, title: t`Select ${j.alias}` });
     name.onclick = () => select(j.id);
     row.append(name, j.field.element, make("span", { className: "unit", textContent: j.unit.text }), j.slider, j.live);
     show(j);
     return row;
   }));
-  summary.textContent = found.length === 1 ? "Joint position" : `Joints (${found.length})`;
+  summary.textContent = found.length === 1 ? t`Joint position` : t`Joints (${found.length})`;
   reset.hidden = !rights.canControl;
   panel.hidden = false;
   requestMotion();
@@ -155,7 +156,7 @@ async function build() {
 reset.onclick = async () => {
   try {
     const calls = await Promise.all([...joints.values()].map((j) => callsToMoveJoint(j.id, j.began)));
-    await edit(`Reset joints of ${describeObjects([selected()])}`, calls.flat());
+    await edit(t`Reset joints of ${describeObjects([selected()])}`, calls.flat());
     errorText.textContent = "";
   } catch (thrown) {
     showError(thrown);

@@ -3,6 +3,7 @@
 
 import { get, make } from "tatu/lib/dom";
 import { icon } from "tatu/lib/icons";
+import { mark, t, translate } from "tatu/lib/language";
 import { on } from "tatu/net/connection";
 import { objectAt } from "tatu/scene/hierarchy";
 import { reportError, watchLines, writeLine } from "tatu/scene/messages";
@@ -14,7 +15,7 @@ const tabs = get("tabs");
 const output = get("output");
 /** @type {Map<string, HTMLElement[]>} */
 const linesByTab = new Map();
-let open = "Status";
+let open = mark("Status");
 const footer = get("footer");
 const expandButton = get("more-output");
 const statusLine = get("last-line");
@@ -45,17 +46,18 @@ function linesOf(name) {
   /** @type {HTMLElement[]} */
   const lines = [];
   linesByTab.set(name, lines);
-  const b = make("button", { textContent: name, onclick: () => { showTab(name); setExpanded(true); } });
+  const b = make("button", { textContent: translate(name), onclick: () => { showTab(name); setExpanded(true); } });
   b.setAttribute("role", "tab");
+  b.dataset.tab = name;
   tabs.append(b);
   markTab();
   return lines;
 }
 
 function markTab() {
-  for (const b of tabs.children) {
-    b.setAttribute("aria-selected", String(b.textContent === open));
-    b.classList.toggle("on", b.textContent === open);
+  for (const b of tabs.querySelectorAll("button")) {
+    b.setAttribute("aria-selected", String(b.dataset.tab === open));
+    b.classList.toggle("on", b.dataset.tab === open);
   }
 }
 
@@ -130,8 +132,8 @@ on("event", ({ name, payload }) => {
     else writeLine(payload.title, payload.text);
     if (open === payload.title) showTab(open);
   }
-  else if (name === "started") writeLine("Status", "simulation started");
-  else if (name === "stopped") writeLine("Status", "simulation stopped: the scene was reset");
+  else if (name === "started") writeLine("Status", t`simulation started`);
+  else if (name === "stopped") writeLine("Status", t`simulation stopped: the scene was reset`);
 });
 on("again", clear);
 on("error", reportError);

@@ -4,6 +4,7 @@
 
 import { make } from "tatu/lib/dom";
 import { evaluate } from "tatu/lib/expressions";
+import { t } from "tatu/lib/language";
 import { formatNumber } from "tatu/lib/numbers";
 import { reason, sendLatest } from "tatu/net/calls";
 import { newMergeKey } from "tatu/scene/edits";
@@ -167,7 +168,7 @@ function numbersField({ name, unit, set }, showError) {
 /** @param {Property} p @param {(why: string) => void} showError @returns {Field} */
 function textsField({ name, set }, showError) {
   const { element, update } = textInput(name, async (text) => set(text.split(",").map((t) => t.trim()).filter(Boolean)), showError);
-  element.placeholder = "separated by commas";
+  element.placeholder = t`separated by commas`;
   return { element, wide: true, update: (v) => update(Array.isArray(v) ? v.join(", ") : "") };
 }
 

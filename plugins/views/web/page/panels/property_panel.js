@@ -4,6 +4,7 @@
 
 import { get, make } from "tatu/lib/dom";
 import { icon } from "tatu/lib/icons";
+import { t, translate } from "tatu/lib/language";
 import { on, send } from "tatu/net/connection";
 import { describeObjects, edit } from "tatu/scene/edits";
 import { subtree } from "tatu/scene/hierarchy";
@@ -31,8 +32,8 @@ const lines = new Map();
 const groups = new Map();
 
 const rawNames = make("input", { type: "checkbox", checked: localStorage.getItem("tatu raw names") === "1" });
-const option = make("label", { className: "raw", title: "The keys that scripts and scene files use", hidden: true });
-option.append(rawNames, " Raw names");
+const option = make("label", { className: "raw", title: t`The keys that scripts and scene files use`, hidden: true });
+option.append(rawNames, ` ${t`Raw names`}`);
 rows.before(option);
 rawNames.onchange = () => {
   localStorage.setItem("tatu raw names", rawNames.checked ? "1" : "");
@@ -53,7 +54,7 @@ function groupNamed(name) {
   if (existing) return existing;
   const key = `tatu details ${name}`;
   const group = make("details", { className: "group-of-rows", open: (localStorage.getItem(key) ?? (name === "More" ? "" : "1")) === "1" });
-  group.append(make("summary", { textContent: name }));
+  group.append(make("summary", { textContent: translate(name) }));
   group.ontoggle = () => localStorage.setItem(key, group.open ? "1" : "");
   group.dataset.group = name;
   groups.set(name, group);
@@ -107,7 +108,7 @@ function lineOf(row, isPrismatic, signature) {
   const field = fieldOf({ row, name: nameOf(row.key), unit: unitOf(row.unit, isPrismatic), settable, set: setThis }, (text) => { errorText.textContent = text; });
   const help = make("p", { className: "help", textContent: row.text, hidden: true });
   const helpButton = make("button", { type: "button", className: "ask", textContent: "?", hidden: !row.text });
-  helpButton.setAttribute("aria-label", `What is ${nameOf(row.key)}?`);
+  helpButton.setAttribute("aria-label", t`What is ${nameOf(row.key)}?`);
   helpButton.setAttribute("aria-expanded", "false");
   helpButton.onclick = () => {
     help.hidden = !help.hidden;
@@ -116,8 +117,8 @@ function lineOf(row, isPrismatic, signature) {
   const header = make("span", { className: "head" });
   header.append(name, helpButton);
   if (plottableCount(row)) {
-    const plotButton = make("button", { type: "button", className: "ask chart", title: "Plot (Shift: in a new window)" });
-    plotButton.setAttribute("aria-label", `Plot ${nameOf(row.key)}`);
+    const plotButton = make("button", { type: "button", className: "ask chart", title: t`Plot (Shift: in a new window)` });
+    plotButton.setAttribute("aria-label", t`Plot ${nameOf(row.key)}`);
     plotButton.append(icon("graph"));
     plotButton.onclick = (e) => plotRow(id, row, e.shiftKey);
     header.append(plotButton);
@@ -150,10 +151,10 @@ function shownRow(row) {
     // The size of a mesh, or of several parts, is not a property that can be set.
     if (parts.length === 1 && parts[0]?.form !== "mesh") return row;
     const size = sizeOf(shownId);
-    return size && { ...row, settable: false, value: size, text: "Size of the bounding box along the axes of the object." };
+    return size && { ...row, settable: false, value: size, text: t`Size of the bounding box along the axes of the object.` };
   }
   if (row.key === "object.visible" && isOnlyBaseHidden(shownId)) {
-    return { ...row, type: TYPE.text, settable: false, value: "yes, except its base", text: "The model is visible. Its base is a hidden body, which only collides." };
+    return { ...row, type: TYPE.text, settable: false, value: t`yes, except its base`, text: t`The model is visible. Its base is a hidden body, which only collides.` };
   }
   return row;
 }
@@ -207,7 +208,7 @@ function listScripts() {
   groups.get("Script")?.querySelectorAll(".script").forEach((e) => e.remove());
   for (const script of all) {
     const row = make("div", { className: "row script" });
-    const open = make("button", { type: "button", className: "link", textContent: `Open ${script.name}` });
+    const open = make("button", { type: "button", className: "link", textContent: t`Open ${script.name}` });
     open.onclick = () => openScript(script);
     row.append(make("span", { className: "head", textContent: `${script.kind}, ${script.language}` }), open);
     groupNamed("Script").append(row);
@@ -223,7 +224,7 @@ function clear() {
 }
 
 // The button that opens the window of a camera or graph.
-const windowButton = make("button", { type: "button", className: "larger", textContent: "In a window", hidden: true });
+const windowButton = make("button", { type: "button", className: "larger", textContent: t`In a window`, hidden: true });
 windowButton.prepend(icon("windows"));
 windowButton.onclick = () => {
   const window = windowOf(selected());
@@ -237,7 +238,7 @@ const titleOf = (file) => (file.split(/[\\/]/).pop() ?? "").replace(/\.\w+$/, ""
 function showHeading() {
   const o = scene.objects.get(selected());
   windowButton.hidden = !windowOf(selected());
-  heading.textContent = o ? `${o.alias} \u2014 ${o.model ? "model" : o.sensor ?? o.kind}` : titleOf(scene.file) || "Nothing is selected";
+  heading.textContent = o ? `${o.alias} \u2014 ${o.model ? t`model` : translate(o.sensor ?? o.kind)}` : titleOf(scene.file) || t`Nothing is selected`;
 }
 
 watch("selected", (id) => {

@@ -2,6 +2,7 @@
 // Formats read-only values: numbers, lists, tables and links to objects.
 
 import { make } from "tatu/lib/dom";
+import { t } from "tatu/lib/language";
 import { formatNumber } from "tatu/lib/numbers";
 import { scene, select } from "tatu/scene/store";
 
@@ -11,8 +12,8 @@ import { scene, select } from "tatu/scene/store";
  */
 export function objectLink(id) {
   const o = scene.objects.get(Number(id));
-  if (!o) return make("span", { className: "fixed", textContent: "none" });
-  const button = make("button", { type: "button", className: "link", textContent: o.alias, title: `Select ${o.alias}` });
+  if (!o) return make("span", { className: "fixed", textContent: t`none` });
+  const button = make("button", { type: "button", className: "link", textContent: o.alias, title: t`Select ${o.alias}` });
   button.onclick = () => select(o.id);
   return button;
 }
@@ -25,13 +26,13 @@ export function objectLink(id) {
  */
 export function formatValue(value, factor = 1) {
   if (value === null || value === undefined) return document.createTextNode("none");
-  if (typeof value === "boolean") return document.createTextNode(value ? "yes" : "no");
+  if (typeof value === "boolean") return document.createTextNode(value ? t`yes` : t`no`);
   if (typeof value === "number") return document.createTextNode(formatNumber(value, factor));
   if (Array.isArray(value)) return list(value, factor);
   if (typeof value !== "object") return document.createTextNode(String(value));
   if ("number" in value) return document.createTextNode(formatNumber(value));
   if ("object" in value && Object.keys(value).length === 1) return objectLink(value.object);
-  if ("bytes" in value && typeof value.bytes === "string") return document.createTextNode(`${Math.floor(value.bytes.length * 3 / 4)} bytes`);
+  if ("bytes" in value && typeof value.bytes === "string") return document.createTextNode(t`${Math.floor(value.bytes.length * 3 / 4)} bytes`);
   if ("pairs" in value && Array.isArray(value.pairs)) return table(value.pairs, factor);
   return table(Object.entries(value), factor);
 }

@@ -3,6 +3,7 @@
 // in the browser.
 
 import { get, make } from "tatu/lib/dom";
+import { t } from "tatu/lib/language";
 
 const main = get("middle").parentElement ?? document.body;
 /** Distance by which a key moves a bar, pixels. */
@@ -18,7 +19,7 @@ const [MIN_WIDTH, MIN_VIEW_WIDTH] = [110, 320];
 function splitter(side, name) {
   const panel = main.querySelector(side === "left" ? "nav" : "aside");
   if (!(panel instanceof HTMLElement)) return;
-  const bar = make("div", { className: "splitter", tabIndex: 0, title: `${name}: drag, or arrow keys; a double click restores the default width` });
+  const bar = make("div", { className: "splitter", tabIndex: 0, title: t`${name}: drag, or arrow keys; a double click restores the default width` });
   bar.setAttribute("role", "separator");
   bar.setAttribute("aria-orientation", "vertical");
   bar.setAttribute("aria-label", name);
@@ -66,5 +67,5 @@ function splitter(side, name) {
   new ResizeObserver(show).observe(panel);
   show();
 }
-splitter("left", "Width of the tree");
-splitter("right", "Width of the properties");
+splitter("left", t`Width of the tree`);
+splitter("right", t`Width of the properties`);

@@ -4,6 +4,7 @@
 
 import { get } from "tatu/lib/dom";
 import { icon } from "tatu/lib/icons";
+import { t } from "tatu/lib/language";
 import { nameInModel } from "tatu/scene/hierarchy";
 import { scene, select, selectAll, selected, selection, watch } from "tatu/scene/store";
 import { openScript } from "tatu/documents/script_editor";
@@ -69,7 +70,7 @@ function item(object, children) {
   name.title = object.alias;
   row.append(arrow, kind, name);
   for (const script of object.scripts ?? []) {
-    row.append(button("script", `Script ${script.name}`, () => openScript(script)));
+    row.append(button("script", t`Script ${script.name}`, () => openScript(script)));
   }
   row.onclick = (e) => click(object.id, e);
   row.ondblclick = () => { const [script] = object.scripts ?? []; if (script) openScript(script); };

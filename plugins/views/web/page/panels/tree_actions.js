@@ -3,6 +3,7 @@
 
 import { ask } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
+import { mark, t } from "tatu/lib/language";
 import { openMenu } from "tatu/lib/menu";
 import { edit } from "tatu/scene/edits";
 import { subtree, topmost } from "tatu/scene/hierarchy";
@@ -26,7 +27,7 @@ export function renameSelected() {
   const o = scene.objects.get(id);
   if (!rights.canControl || !name || !o) return;
   const field = make("input", { value: o.alias, className: "alias" });
-  field.setAttribute("aria-label", `Name of ${o.alias}`);
+  field.setAttribute("aria-label", t`Name of ${o.alias}`);
   let isDone = false;
   const end = (/** @type {boolean} */ isAccepted) => {
     if (isDone) return;
@@ -114,7 +115,7 @@ const SCRIPT = "function sysCall_init()\nend\n\nfunction sysCall_actuation()\nen
 async function addScript(id) {
   const name = scene.objects.get(id)?.alias ?? "object";
   try {
-    const [[created] = []] = await edit(`Add script to ${name}`, [["tatu.addScript", id, SCRIPT]]);
+    const [[created] = []] = await edit(t`Add script to ${name}`, [["tatu.addScript", id, SCRIPT]]);
     openNewScript(created);
   } catch (thrown) {
     reportError(thrown);
@@ -134,8 +135,8 @@ async function removeScript(id) {
   const o = scene.objects.get(id);
   const script = o?.scripts?.[0];
   if (!o || !script) return;
-  const chosen = await ask("Remove the script?", `The script ${script.name} will be removed. This can be undone.`, ["Remove", "Cancel"]);
-  if (chosen === "Remove") await edit(`Remove script from ${o.alias}`, [["tatu.remove", [script.id]]]).catch(reportError);
+  const chosen = await ask(mark("Remove the script?"), t`The script ${script.name} will be removed. This can be undone.`, [mark("Remove"), mark("Cancel")]);
+  if (chosen === "Remove") await edit(t`Remove script from ${o.alias}`, [["tatu.remove", [script.id]]]).catch(reportError);
 }
 
 /** Plots the position of an object, or of a joint. @param {number} id */
@@ -157,19 +158,19 @@ function openContextMenu(x, y) {
   const isSingle = selection().length === 1;
   const script = o.scripts?.[0];
   openMenu(x, y, [
-    { name: "Fit into the view", keys: "F", action: fitSelection, isDisabled: false },
-    { name: "Follow", keys: "", action: followSelection, isDisabled: !isSingle },
-    { name: "Plot position", keys: "", action: () => plotPosition(id), isDisabled: !isSingle },
-    { name: "Rename", keys: "F2", action: renameSelected, isDisabled: !isSingle || !rights.canControl },
-    { name: "Copy", keys: "Ctrl+C", action: () => copyToClipboard(false), isDisabled: !rights.canControl },
-    { name: "Cut", keys: "Ctrl+X", action: () => copyToClipboard(true), isDisabled: !rights.canControl },
-    { name: "Paste", keys: "Ctrl+V", action: paste, isDisabled: !rights.canControl || !hasCopied() },
-    { name: "Duplicate", keys: "Ctrl+D", action: duplicate, isDisabled: !rights.canControl },
-    { name: "Delete", keys: "Delete", action: remove, isDisabled: !rights.canControl },
-    { name: "Detach", keys: "", action: () => reparent(topmost(selection()), 0), isDisabled: !rights.canControl || !o.parent },
-    { name: "Open script", keys: "Enter", action: () => { if (script) openScript(script); }, isDisabled: !isSingle || !script },
-    { name: "Add script and open it", keys: "", action: () => addScript(id), isDisabled: !isSingle || !rights.canControl },
-    { name: "Remove script", keys: "", action: () => removeScript(id), isDisabled: !isSingle || !script || !rights.canControl },
+    { name: mark("Fit into the view"), keys: "F", action: fitSelection, isDisabled: false },
+    { name: mark("Follow"), keys: "", action: followSelection, isDisabled: !isSingle },
+    { name: mark("Plot position"), keys: "", action: () => plotPosition(id), isDisabled: !isSingle },
+    { name: mark("Rename"), keys: "F2", action: renameSelected, isDisabled: !isSingle || !rights.canControl },
+    { name: mark("Copy"), keys: "Ctrl+C", action: () => copyToClipboard(false), isDisabled: !rights.canControl },
+    { name: mark("Cut"), keys: "Ctrl+X", action: () => copyToClipboard(true), isDisabled: !rights.canControl },
+    { name: mark("Paste"), keys: "Ctrl+V", action: paste, isDisabled: !rights.canControl || !hasCopied() },
+    { name: mark("Duplicate"), keys: "Ctrl+D", action: duplicate, isDisabled: !rights.canControl },
+    { name: mark("Delete"), keys: "Delete", action: remove, isDisabled: !rights.canControl },
+    { name: mark("Detach"), keys: "", action: () => reparent(topmost(selection()), 0), isDisabled: !rights.canControl || !o.parent },
+    { name: mark("Open script"), keys: "Enter", action: () => { if (script) openScript(script); }, isDisabled: !isSingle || !script },
+    { name: mark("Add script and open it"), keys: "", action: () => addScript(id), isDisabled: !isSingle || !rights.canControl },
+    { name: mark("Remove script"), keys: "", action: () => removeScript(id), isDisabled: !isSingle || !script || !rights.canControl },
   ]);
 }
 

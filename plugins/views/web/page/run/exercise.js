@@ -6,6 +6,7 @@ import { choose } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
 import { download } from "tatu/lib/download";
 import { openFloatingWindow } from "tatu/lib/floating_window";
+import { mark, t } from "tatu/lib/language";
 import { pack } from "tatu/lib/zip";
 import { call, on, send } from "tatu/net/connection";
 import { edit, editState, isScriptsOnly, setScriptsOnly } from "tatu/scene/edits";
@@ -47,15 +48,15 @@ function applyLimits() {
 }
 
 function openExercise() {
-  const window = openFloatingWindow({ key: "exercise", title: "Exercise", width: 340, height: 300, closed });
+  const window = openFloatingWindow({ key: "exercise", title: t`Exercise`, width: 340, height: 300, closed });
   const opened = { kind: "exercise", spec: {}, close: window.close };
   const task = make("div", { className: "task" });
   const list = make("ul", { className: "goals" });
-  list.setAttribute("aria-label", "Goals");
+  list.setAttribute("aria-label", t`Goals`);
   list.setAttribute("aria-live", "polite");
   const row = make("div", { className: "tools" });
-  const handInButton = make("button", { type: "button", textContent: "Hand in", title: "Save the scripts, the film of the last run and its goals in one file", onclick: handIn });
-  const changeButton = make("button", { type: "button", textContent: "Edit", title: "Write the task and its goals", onclick: editExercise });
+  const handInButton = make("button", { type: "button", textContent: t`Hand in`, title: t`Save the scripts, the film of the last run and its goals in one file`, onclick: handIn });
+  const changeButton = make("button", { type: "button", textContent: t`Edit`, title: t`Write the task and its goals`, onclick: editExercise });
   const note = make("p", { className: "note" });
   row.append(handInButton, changeButton);
   window.body.append(task, list, note, row);
@@ -69,7 +70,7 @@ function openExercise() {
       item.append(mark, make("span", { textContent: text }), make("small", { textContent: time >= 0 ? `${time.toFixed(2)} s` : "" }));
       return item;
     }));
-    note.textContent = isScriptsOnly() ? "Only scripts can be changed in this exercise." : "";
+    note.textContent = isScriptsOnly() ? t`Only scripts can be changed in this exercise.` : "";
     handInButton.disabled = changeButton.disabled = !rights.canControl;
   };
   function closed() {
@@ -95,7 +96,7 @@ const tomlString = (text) => JSON.stringify(text).replace(/\u007f/g, "\\u007f");
 
 async function editExercise() {
   if (isScriptsOnly()) {
-    const confirmed = await choose("Change the exercise?", [make("p", { textContent: "Everything in the scene can be changed until it is opened again. The file to hand in will record this." })], ["Change it", "Cancel"]);
+    const confirmed = await choose(mark("Change the exercise?"), [make("p", { textContent: t`Everything in the scene can be changed until it is opened again. The file to hand in will record this.` })], [mark("Change it"), mark("Cancel")]);
     if (confirmed !== "Change it") return;
     areLimitsLifted = true;
     applyLimits();
@@ -103,17 +104,17 @@ async function editExercise() {
   const task = make("textarea", { rows: 6, value: exercise?.task ?? "" });
   const lines = make("textarea", { rows: 5, value: exercise?.goals ?? "", spellcheck: false });
   const changeSelect = make("select");
-  changeSelect.add(new Option("scripts only", "scripts"));
-  changeSelect.add(new Option("everything", "everything"));
+  changeSelect.add(new Option(t`scripts only`, "scripts"));
+  changeSelect.add(new Option(t`everything`, "everything"));
   changeSelect.value = exercise?.change ?? "scripts";
   const field = (/** @type {string} */ name, /** @type {HTMLElement} */ input) => {
     const label = make("label", { className: "field" });
     label.append(make("span", { textContent: name }), input);
     return label;
   };
-  const help = make("p", { className: "note", textContent: "Examples: Reach the flag: /Robot within 0.3 m of /Flag before 30 s \u00B7 never /Robot touches /Wall \u00B7 /Robot goes 5 m \u00B7 /Pole object.position.z > 0.8 for 5 s" });
-  const content = [field("Task", task), field("Goals, one in a line", lines), help, field("Students may change", changeSelect)];
-  const chosen = await choose("Exercise", content, ["Take into the scene", "Cancel"], () => task.focus());
+  const help = make("p", { className: "note", textContent: t`Examples: Reach the flag: /Robot within 0.3 m of /Flag before 30 s \u00B7 never /Robot touches /Wall \u00B7 /Robot goes 5 m \u00B7 /Pole object.position.z > 0.8 for 5 s` });
+  const content = [field(t`Task`, task), field(t`Goals, one in a line`, lines), help, field(t`Students may change`, changeSelect)];
+  const chosen = await choose(mark("Exercise"), content, [mark("Take into the scene"), mark("Cancel")], () => task.focus());
   if (chosen !== "Take into the scene") return;
   const data = { [TAGS.task]: task.value.trim(), [TAGS.goals]: lines.value.trim(), [TAGS.change]: changeSelect.value };
   // The author continues to edit the scene, so the limits apply only when the scene is opened again.
@@ -122,12 +123,12 @@ async function editExercise() {
     if (exercise) {
       // Other custom data of the object is retained.
       const [previous] = await call("tatu.get", exercise.object, "object.data");
-      await edit("Change exercise", [["tatu.set", exercise.object, "object.data", { ...previous, ...data }]]);
+      await edit(t`Change exercise`, [["tatu.set", exercise.object, "object.data", { ...previous, ...data }]]);
     } else {
       const script = await (await fetch("/page/run/exercise.lua")).text();
       const entries = Object.entries(data).map(([tag, text]) => `${tomlString(tag)} = ${tomlString(text)}`).join(", ");
       const text = `format = 1\n[[object]]\nkind = "dummy"\nalias = "Exercise"\ndata = { ${entries} }\nscript = { text = ${tomlString(script)} }\n`;
-      await edit("Add exercise", [["tatu.add", text]]);
+      await edit(t`Add exercise`, [["tatu.add", text]]);
     }
     // The program does not send a message when custom data has changed.
     requestExercise();
@@ -202,7 +203,7 @@ function scripts() {
 async function handIn() {
   const film = editState.state === "stopped" ? await lastFilm() : null;
   if (!film) {
-    writeLine("Status", "There is nothing to hand in yet: run the simulation, and stop it, first", "warning");
+    writeLine("Status", t`There is nothing to hand in yet: run the simulation, and stop it, first`, "warning");
     return;
   }
   try {
@@ -221,7 +222,7 @@ async function handIn() {
     files.unshift({ name: "exercise.json", bytes: encoder.encode(`${JSON.stringify(summary, null, 2)}\n`) });
     files.push({ name: "film.html", bytes: new Uint8Array(await film.arrayBuffer()) });
     download(new Blob([pack(files)], { type: "application/zip" }), fileNameFor("_handed_in.zip"));
-    writeLine("Status", `${fileNameFor("_handed_in.zip")}: ${files.length} files`);
+    writeLine("Status", t`${fileNameFor("_handed_in.zip")}: ${files.length} files`);
   } catch (thrown) {
     reportError(thrown);
   }

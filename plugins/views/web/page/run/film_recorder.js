@@ -4,6 +4,7 @@
 
 import { get } from "tatu/lib/dom";
 import { download } from "tatu/lib/download";
+import { t } from "tatu/lib/language";
 import { ask, on } from "tatu/net/connection";
 import { editState } from "tatu/scene/edits";
 import { reportError, writeLine } from "tatu/scene/messages";
@@ -20,7 +21,7 @@ let lastRecorded = null;
 function updateButton() {
   button.disabled = !rights.canControl;
   button.setAttribute("aria-pressed", String(isRequested));
-  button.title = isRequested ? "Recording a film: it is saved when the simulation stops or at a click" : "Record the run as a page that plays it without the program";
+  button.title = isRequested ? t`Recording a film: it is saved when the simulation stops or at a click` : t`Record the run as a page that plays it without the program`;
 }
 
 function begin() {
@@ -31,7 +32,7 @@ function begin() {
 async function end() {
   try {
     const [page, endTime] = await ask({ type: "film", on: false }, "the film");
-    if (typeof endTime === "number") writeLine("Status", `The film ends at ${endTime.toFixed(1)} s, because it became too large`, "warning");
+    if (typeof endTime === "number") writeLine("Status", t`The film ends at ${endTime.toFixed(1)} s, because it became too large`, "warning");
     if (typeof page !== "string") return null;
     return new Blob([Uint8Array.from(atob(page), (c) => c.charCodeAt(0))], { type: "text/html" });
   } catch (thrown) {
@@ -75,8 +76,8 @@ async function finish() {
     updateButton();
     if (film) {
       download(film, fileNameFor(".html"));
-      writeLine("Status", `The film ${fileNameFor(".html")} has ${(film.size / 1e6).toFixed(1)} MB; any browser shows it`);
-    } else writeLine("Status", "There is no film, because the simulation has not run", "warning");
+      writeLine("Status", t`The film ${fileNameFor(".html")} has ${(film.size / 1e6).toFixed(1)} MB; any browser shows it`);
+    } else writeLine("Status", t`There is no film, because the simulation has not run`, "warning");
   }
   if (filmsAlways) await begin();
 }

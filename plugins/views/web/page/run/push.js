@@ -3,6 +3,7 @@
 
 import * as THREE from "three";
 import { get, make } from "tatu/lib/dom";
+import { t } from "tatu/lib/language";
 import { positionOf, rotationOf } from "tatu/lib/poses";
 import { conjugate, rotate } from "tatu/lib/rotations";
 import { cross, minus, plus } from "tatu/lib/vectors";
@@ -46,7 +47,7 @@ arrow.add(shaft, tip);
 arrow.visible = false;
 stage.add(arrow);
 const label = make("output", { className: "push", hidden: true });
-label.setAttribute("aria-label", "Force of the push");
+label.setAttribute("aria-label", t`Force of the push`);
 get("view").append(label);
 
 /** Returns the components of a vector. @param {THREE.Vector3} v @returns {Vec3} */

@@ -2,6 +2,7 @@
 // Edits of the scene. Each edit has a label and can be undone. All changes that a user makes to the scene must be made
 // by this module.
 
+import { t } from "tatu/lib/language";
 import { call, on } from "tatu/net/connection";
 import { scene } from "tatu/scene/store";
 
@@ -54,7 +55,7 @@ export function isScriptsOnly() {
  * @returns {Promise<any[][]>}
  */
 export async function edit(label, calls, merge = "") {
-  if (scriptsOnly) throw { error: `"${label}" was refused: in this exercise, only scripts may be changed`, help: "open the script of an object by a double click in the tree" };
+  if (scriptsOnly) throw { error: t`"${label}" was refused: in this exercise, only scripts may be changed`, help: t`open the script of an object by a double click in the tree` };
   const [results] = await call("tatu.edit", label, calls, merge);
   return results;
 }
@@ -75,7 +76,7 @@ export async function redo() {
  */
 export function describeObjects(ids) {
   const [one] = ids;
-  return ids.length === 1 && one !== undefined ? scene.objects.get(one)?.alias ?? "object" : `${ids.length} objects`;
+  return ids.length === 1 && one !== undefined ? scene.objects.get(one)?.alias ?? t`object` : t`${ids.length} objects`;
 }
 
 let last = 0;

@@ -2,23 +2,26 @@
 // Determines how properties are shown: their names, groups, units, values and types of fields, and the labels of edits.
 // This module does not access the DOM, so it can be tested without a browser.
 
+import { mark, t, translate } from "tatu/lib/language";
 /** @import { PropertyRow } from "tatu/protocol" */
 
 /** Names of the groups in display order. Further groups, such as that of a light, are shown after the first one. */
-export const GROUPS = ["Place", "Shape", "Physics", "Joint", "Sensor", "Drive", "Reading", "Script", "More"];
+export const GROUPS = [
+  mark("Place"), mark("Shape"), mark("Physics"), mark("Joint"), mark("Sensor"), mark("Drive"), mark("Reading"), mark("Script"), mark("More"),
+];
 
 /** Display names that cannot be derived from the key. @type {{ [key: string]: string | undefined }} */
 const NAMES = {
-  "object.alias": "Name", "object.name": "Unique name", "object.orientation": "Orientation", "object.world_pose": "Pose in the world",
-  "object.model_base": "Base of a model", "object.drive": "Drive by wheels", "shape.primitive": "Form", "shape.com": "Centre of mass",
-  "shape.dynamic": "Moved by forces", "shape.respondable": "Collides", "shape.respondable_mask": "Collision mask",
-  "shape.detectable": "Seen by sensors", "shape.detectable_mask": "Detection mask", "shape.convex": "Convex hull", "shape.bullet": "Fast body",
-  "shape.asleep": "Starts asleep",
-  "shape.collide_as": "Collides as", "shape.collide_size": "Size for collisions", "joint.mode": "Moved by", "joint.effort": "Torque or force",
-  "joint.max_force": "Maximum force", "joint.lead": "Lead of the screw", "joint.slip": "Slip under load", "joint.cyclic": "Turns without limit",
-  "sensor.explicit": "Only on request", "sensor.targets": "Sees only", "sensor.ignored": "Does not see", "sensor.measured": "Measurements", "actuator.targets": "Acts on",
-  "graph.explicit": "Only on request", "camera.ortho_size": "Width of a parallel view", "camera.near": "Nearest distance",
-  "camera.far": "Farthest distance", "force_sensor.measured": "Has measured",
+  "object.alias": t`Name`, "object.name": t`Unique name`, "object.orientation": t`Orientation`, "object.world_pose": t`Pose in the world`,
+  "object.model_base": t`Base of a model`, "object.drive": t`Drive by wheels`, "shape.primitive": t`Form`, "shape.com": t`Centre of mass`,
+  "shape.dynamic": t`Moved by forces`, "shape.respondable": t`Collides`, "shape.respondable_mask": t`Collision mask`,
+  "shape.detectable": t`Seen by sensors`, "shape.detectable_mask": t`Detection mask`, "shape.convex": t`Convex hull`, "shape.bullet": t`Fast body`,
+  "shape.asleep": t`Starts asleep`,
+  "shape.collide_as": t`Collides as`, "shape.collide_size": t`Size for collisions`, "joint.mode": t`Moved by`, "joint.effort": t`Torque or force`,
+  "joint.max_force": t`Maximum force`, "joint.lead": t`Lead of the screw`, "joint.slip": t`Slip under load`, "joint.cyclic": t`Turns without limit`,
+  "sensor.explicit": t`Only on request`, "sensor.targets": t`Sees only`, "sensor.ignored": t`Does not see`, "sensor.measured": t`Measurements`, "actuator.targets": t`Acts on`,
+  "graph.explicit": t`Only on request`, "camera.ortho_size": t`Width of a parallel view`, "camera.near": t`Nearest distance`,
+  "camera.far": t`Farthest distance`, "force_sensor.measured": t`Has measured`,
 };
 /** Words that replace abbreviations in keys. @type {{ [part: string]: string | undefined }} */
 const WORDS = { max: "maximum", min: "minimum", num: "number of", vel: "velocity", pos: "position" };
@@ -31,7 +34,7 @@ export function nameOf(key) {
   const special = NAMES[key];
   if (special) return special;
   const words = key.slice(key.lastIndexOf(".") + 1).split("_").map((part) => WORDS[part] ?? part).join(" ");
-  return words.charAt(0).toUpperCase() + words.slice(1);
+  return translate(words.charAt(0).toUpperCase() + words.slice(1));
 }
 
 const PLACE_KEYS = ["alias", "parent", "position", "orientation", "visible"];
@@ -101,7 +104,7 @@ export function encodeNumber(x) {
  * @returns {string[]}
  */
 export function partNames(key, count) {
-  if (key === "joint.limits") return ["from", "to"];
+  if (key === "joint.limits") return [t`from`, t`to`];
   if (key === "joint.gains") return ["P", "I", "D"].slice(0, count);
   if (count === 2 || count === 3) return ["x", "y", "z"].slice(0, count);
   if (count === 4 && /quaternion|rotation$/.test(key)) return ["x", "y", "z", "w"];
@@ -109,7 +112,7 @@ export function partNames(key, count) {
 }
 
 /** @type {{ [key: string]: string | undefined }} */
-const VERBS = { "object.position": "Move", "object.pose": "Move", "object.world_pose": "Move", "object.orientation": "Turn", "object.quaternion": "Turn", "object.alias": "Rename" };
+const VERBS = { "object.position": t`Move`, "object.pose": t`Move`, "object.world_pose": t`Move`, "object.orientation": t`Turn`, "object.quaternion": t`Turn`, "object.alias": t`Rename` };
 
 /**
  * Returns the label of an edit that sets a property, such as "Move box".
@@ -119,7 +122,7 @@ const VERBS = { "object.position": "Move", "object.pose": "Move", "object.world_
 export function labelOf(key, alias) {
   const verb = VERBS[key];
   const name = nameOf(key);
-  return verb ? `${verb} ${alias}` : `Set ${name.charAt(0).toLowerCase()}${name.slice(1)} of ${alias}`;
+  return verb ? `${verb} ${alias}` : t`Set ${name.charAt(0).toLowerCase() + name.slice(1)} of ${alias}`;
 }
 
 /**

@@ -2,6 +2,7 @@
 // The state of the page: the scene, and the selection.
 
 import { get } from "tatu/lib/dom";
+import { t } from "tatu/lib/language";
 import { on } from "tatu/net/connection";
 import { subscribe } from "tatu/net/subscriptions";
 
@@ -123,7 +124,7 @@ function subscribeToSelected() {
 }
 
 function showFileName() {
-  get("name").textContent = scene.file.split(/[\\/]/).pop() || "no scene";
+  get("name").textContent = scene.file.split(/[\\/]/).pop() || t`no scene`;
 }
 
 on("scene", ({ file, opened, dt, objects, scripts, about, try: suggestion }) => {

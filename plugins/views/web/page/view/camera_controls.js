@@ -4,6 +4,7 @@
 
 import * as THREE from "three";
 import { get, make } from "tatu/lib/dom";
+import { t } from "tatu/lib/language";
 import { on } from "tatu/net/connection";
 import { selected, selection, watch } from "tatu/scene/store";
 import { groups } from "tatu/view/objects";
@@ -19,8 +20,8 @@ get("fit").onclick = fitSelection;
 
 /** Names of the standard views and directions towards the camera, by digit key. In "Top", y points up on the screen. */
 const VIEWS = /** @type {const} */ ({
-  1: ["Front", [1, 0, 0]], 2: ["Back", [-1, 0, 0]], 3: ["Left", [0, 1, 0]], 4: ["Right", [0, -1, 0]],
-  5: ["Top", [0, -1e-4, 1]], 6: ["Bottom", [0, -1e-4, -1]], 7: ["Corner", [-0.55, -0.65, 0.5]],
+  1: [t`Front`, [1, 0, 0]], 2: [t`Back`, [-1, 0, 0]], 3: [t`Left`, [0, 1, 0]], 4: [t`Right`, [0, -1, 0]],
+  5: [t`Top`, [0, -1e-4, 1]], 6: [t`Bottom`, [0, -1e-4, -1]], 7: [t`Corner`, [-0.55, -0.65, 0.5]],
 });
 
 /**

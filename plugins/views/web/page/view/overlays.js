@@ -5,6 +5,7 @@
 import * as THREE from "three";
 import { get, make } from "tatu/lib/dom";
 import { principal } from "tatu/lib/inertia";
+import { t } from "tatu/lib/language";
 import { on, send } from "tatu/net/connection";
 import { scene, selected, selection, watch } from "tatu/scene/store";
 import { edgesOf, groups } from "tatu/view/objects";
@@ -14,14 +15,14 @@ import { camera, controls, redraw, stage } from "tatu/view/renderer";
 /** @import { BodyMark, ContactMark, Joint } from "tatu/protocol" */
 
 const KINDS = /** @type {const} */ ({
-  contacts: "Contacts and forces",
-  masses: "Centres of mass",
-  inertia: "Inertia, as boxes of equal mass",
-  colliders: "Shapes that collide",
-  velocities: "Velocities",
-  joints: "Axes of joints and their limits",
-  frames: "Frames of the selection",
-  manipulability: "Manipulability of the selection",
+  contacts: t`Contacts and forces`,
+  masses: t`Centres of mass`,
+  inertia: t`Inertia, as boxes of equal mass`,
+  colliders: t`Shapes that collide`,
+  velocities: t`Velocities`,
+  joints: t`Axes of joints and their limits`,
+  frames: t`Frames of the selection`,
+  manipulability: t`Manipulability of the selection`,
 });
 /** @typedef {keyof typeof KINDS} Kind */
 

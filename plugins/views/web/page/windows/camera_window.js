@@ -5,6 +5,7 @@
 import * as THREE from "three";
 import { make } from "tatu/lib/dom";
 import { openFloatingWindow } from "tatu/lib/floating_window";
+import { t } from "tatu/lib/language";
 import { parseImage } from "tatu/net/binary_messages";
 import { on, send } from "tatu/net/connection";
 import { subscribe } from "tatu/net/subscriptions";
@@ -45,7 +46,7 @@ function openCamera(spec) {
   });
   const opened = { kind: "camera", spec, close: window.close };
   content.canvas.setAttribute("role", "img");
-  content.canvas.setAttribute("aria-label", `What ${o.alias} sees`);
+  content.canvas.setAttribute("aria-label", t`What ${o.alias} sees`);
   window.body.append(content.canvas);
   redraw();
   return opened;

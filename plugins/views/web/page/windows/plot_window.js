@@ -5,6 +5,7 @@ import { csv, csvOfPairs } from "tatu/lib/csv";
 import { make } from "tatu/lib/dom";
 import { download } from "tatu/lib/download";
 import { openFloatingWindow } from "tatu/lib/floating_window";
+import { t } from "tatu/lib/language";
 import { colorOf, plot } from "tatu/lib/plot";
 import { on } from "tatu/net/connection";
 import { subscribe } from "tatu/net/subscriptions";
@@ -29,7 +30,6 @@ import { openWindow, registerWindow, storeWindows, windowClosed } from "tatu/win
  * @typedef {{ n: number, curves: CurveSource[], graph: string, along: string | null }} Spec
  */
 
-const TIME = "time";
 /** The option that shows the curves that a graph declares. No stream can have this name. */
 const DECLARED = "\n";
 /** The open plots. @type {Set<{ redraw: () => void, receive: (id: number, streams: Curve[], curves: CurvePoints[]) => void }>} */
@@ -103,19 +103,19 @@ function pair(x, y) {
 function openPlot(spec) {
   const graph = objectAt(spec.graph);
   if (spec.graph ? !graph : !spec.curves.some((c) => objectAt(c.object))) return null;
-  const title = graph ? scene.objects.get(graph)?.alias ?? "Graph" : "Plot";
+  const title = graph ? scene.objects.get(graph)?.alias ?? t`Graph` : t`Plot`;
   const key = `plot ${spec.graph || spec.n}`;
   const window = openFloatingWindow({ key, title, width: 420, height: 300, closed });
   const pane = { kind: "plot", spec, close: window.close };
   const toolbar = make("div", { className: "tools" });
-  const along = make("select", { title: "Horizontal axis" });
-  along.setAttribute("aria-label", "Horizontal axis");
+  const along = make("select", { title: t`Horizontal axis` });
+  along.setAttribute("aria-label", t`Horizontal axis`);
   const addTool = (/** @type {string} */ name, /** @type {string} */ hint, /** @type {() => void} */ onclick) => {
     toolbar.append(make("button", { type: "button", textContent: name, title: hint, onclick }));
   };
   toolbar.append(along);
-  addTool("CSV", "Save the values as a table", () => saveTable());
-  addTool("PNG", "Save the picture", () => { canvas.toBlob((blob) => { if (blob) download(blob, `${title}.png`); }); });
+  addTool("CSV", t`Save the values as a table`, () => saveTable());
+  addTool("PNG", t`Save the picture`, () => { canvas.toBlob((blob) => { if (blob) download(blob, `${title}.png`); }); });
   const canvas = make("canvas");
   canvas.setAttribute("role", "img");
   const legend = make("ul", { className: "legend" });
@@ -191,18 +191,18 @@ function openPlot(spec) {
     const now = JSON.stringify([names, declared.length > 0, curves.map((c) => [c.name, c.unit, c.color])]);
     if (now === listKey) return;
     listKey = now;
-    const ofGraph = declared.length ? [new Option("curves of the graph", DECLARED)] : [];
-    along.replaceChildren(...ofGraph, new Option(TIME, ""), ...names.map((name) => new Option(name, name)));
+    const ofGraph = declared.length ? [new Option(t`curves of the graph`, DECLARED)] : [];
+    along.replaceChildren(...ofGraph, new Option(t`time`, ""), ...names.map((name) => new Option(name, name)));
     along.value = axis() === DECLARED && declared.length || names.includes(axis()) ? axis() : "";
-    canvas.setAttribute("aria-label", `Plot of ${curves.map((c) => c.name).join(", ") || "nothing yet"}`);
+    canvas.setAttribute("aria-label", t`Plot of ${curves.map((c) => c.name).join(", ") || t`nothing yet`}`);
     legend.replaceChildren(...curves.map((c, i) => {
       const item = make("li");
       const swatch = make("span", { className: "swatch" });
       swatch.style.background = colorOf(c.color, i);
       item.append(swatch, make("span", { textContent: c.name }), make("output"));
       if (graph) return item;
-      const removeButton = make("button", { type: "button", textContent: "\u00D7", title: "Remove this curve" });
-      removeButton.setAttribute("aria-label", `Remove ${c.name}`);
+      const removeButton = make("button", { type: "button", textContent: "\u00D7", title: t`Remove this curve` });
+      removeButton.setAttribute("aria-label", t`Remove ${c.name}`);
       removeButton.onclick = () => {
         spec.curves.splice(i, 1);
         if (!spec.curves.length) return window.close();

@@ -3,6 +3,7 @@
 
 import { get } from "tatu/lib/dom";
 import { movable } from "tatu/lib/floating_window";
+import { t } from "tatu/lib/language";
 import { call, on } from "tatu/net/connection";
 import { reportError } from "tatu/scene/messages";
 import { rights, selection, watch } from "tatu/scene/store";
@@ -44,7 +45,7 @@ function updateWindow({ box, title, widgets }) {
   // A window that belongs to an object is shown while the object is selected.
   box.hidden = values.visible === false || (Number.isInteger(values.for) && !selection().includes(values.for));
   box.inert = values.enabled === false || !rights.canControl;
-  box.setAttribute("aria-label", values.title || "Window of a script");
+  box.setAttribute("aria-label", values.title || t`Window of a script`);
   if (values.width > 0) box.style.width = `${values.width}px`;
   if (values.height > 0) box.style.height = `${values.height}px`;
   if (Number.isFinite(values.x)) box.style.left = `${values.x}px`;
@@ -72,7 +73,7 @@ function showWindow(key, payload) {
   if (payload.widgets[0].values.closeable) {
     const close = document.createElement("button");
     close.textContent = "\u00D7";
-    close.setAttribute("aria-label", "Close this window");
+    close.setAttribute("aria-label", t`Close this window`);
     close.onclick = () => reportAction(window, 0, "close");
     bar.append(close);
   }

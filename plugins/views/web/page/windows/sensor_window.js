@@ -4,6 +4,7 @@
 import { make } from "tatu/lib/dom";
 import { openFloatingWindow } from "tatu/lib/floating_window";
 import { icon } from "tatu/lib/icons";
+import { t } from "tatu/lib/language";
 import { on } from "tatu/net/connection";
 import { unwatch, watchValue } from "tatu/net/watched_values";
 import { editState } from "tatu/scene/edits";
@@ -28,11 +29,11 @@ const formatShort = (x) => (typeof x === "number" ? String(+x.toPrecision(4)) : 
  */
 export function formatReading(r) {
   switch (r.schema) {
-    case "proximity": return r.detected ? `${formatShort(r.distance)} m` : "nothing";
+    case "proximity": return r.detected ? `${formatShort(r.distance)} m` : t`nothing`;
     case "gps": return `${r.position.map(formatShort).join(", ")} m`;
     case "range_scan": {
       const hits = r.distance.filter((d) => d !== null);
-      return hits.length ? `nearest ${formatShort(Math.min(...hits))} m, ${hits.length} of ${r.distance.length} beams` : "nothing";
+      return hits.length ? t`nearest ${formatShort(Math.min(...hits))} m, ${hits.length} of ${r.distance.length} beams` : t`nothing`;
     }
     case "fields": {
       const all = Object.entries(r.fields);
@@ -55,7 +56,7 @@ on("event", ({ name }) => { if (name === "stopped") clearReadings(); });
 watch("scene", () => { if (scene.isNew) clearReadings(); });
 
 function openSensors() {
-  const window = openFloatingWindow({ key: "sensors", title: "Sensors", width: 340, height: 260, closed });
+  const window = openFloatingWindow({ key: "sensors", title: t`Sensors`, width: 340, height: 260, closed });
   const pane = { kind: "sensors", spec: {}, close: window.close };
   const table = make("table", { className: "sensors" });
   const body = make("tbody");
@@ -89,8 +90,8 @@ function openSensors() {
       row.append(header, kind, cell);
       row.dataset.id = String(o.id);
       if (o.schema === "image") {
-        const imageButton = make("button", { type: "button", className: "tool", title: "Show its image", onclick: () => toggleWindow("camera", cameraSpec(o.id)) });
-        imageButton.setAttribute("aria-label", `Show the image of ${o.alias}`);
+        const imageButton = make("button", { type: "button", className: "tool", title: t`Show its image`, onclick: () => toggleWindow("camera", cameraSpec(o.id)) });
+        imageButton.setAttribute("aria-label", t`Show the image of ${o.alias}`);
         imageButton.append(icon("camera"));
         cell.append(imageButton);
       } else cells.set(o.id, cell);
@@ -98,10 +99,10 @@ function openSensors() {
     }));
     if (!sensors.length) {
       const row = make("tr");
-      row.append(make("td", { textContent: "This scene has no sensors." }));
+      row.append(make("td", { textContent: t`This scene has no sensors.` }));
       body.append(row);
     }
-    window.title.textContent = `Sensors (${sensors.length})`;
+    window.title.textContent = t`Sensors (${sensors.length})`;
     show();
     mark();
   }
