@@ -3,7 +3,9 @@
 //! the program is built nevertheless, and its page explains how to install them.
 
 use std::{
-    env, fs, io,
+    env, fs,
+    hash::{DefaultHasher, Hash, Hasher},
+    io,
     path::{Path, PathBuf},
     process::{Command, Stdio},
     time::{Duration, Instant},
@@ -151,11 +153,21 @@ fn install(page: &Path, folder: &Path) -> io::Result<()> {
     Err(io::Error::other(lines.next().map_or_else(|| out.status.to_string(), str::to_owned)))
 }
 
+/// Returns a hash of the names and contents of all files. The same files have the same hash in every build.
+fn version(entries: &[(String, &'static str, PathBuf)]) -> String {
+    let mut hasher = DefaultHasher::new();
+    for (name, _, path) in entries {
+        (name, fs::read(path).expect("cannot read a file of the page")).hash(&mut hasher);
+    }
+    format!("{:016x}", hasher.finish())
+}
+
 fn main() {
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR")).join("page");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let mut entries: Vec<(String, &'static str, PathBuf)> = Vec::new();
-    let mut imports = Map::new();
+    // By the specifier, the path of each module.
+    let mut modules: Vec<(String, String)> = Vec::new();
     let mut files: Vec<(String, PathBuf)> = Vec::new();
     list(&root, "", &mut files);
     files.sort();
@@ -165,24 +177,27 @@ fn main() {
         println!("cargo::rerun-if-changed={}", path.display());
         let Some(kind) = kind(&path) else { continue };
         if let Some(stem) = name.strip_suffix(".js") {
-            imports.insert(format!("tatu/{stem}"), Value::String(format!("/page/{name}")));
+            modules.push((format!("tatu/{stem}"), format!("/page/{name}")));
         }
         entries.push((format!("/page/{name}"), kind, path));
     }
-    let modules = libraries(&root, &out);
-    if let Some(modules) = &modules {
+    let installed = libraries(&root, &out);
+    if let Some(installed) = &installed {
         let files = LIBRARIES.iter().map(|(_, f)| *f).chain(BESIDE.iter().copied());
         for file in files {
-            entries.push((format!("/lib/{file}"), "text/javascript; charset=utf-8", modules.join(file)));
+            entries.push((format!("/lib/{file}"), "text/javascript; charset=utf-8", installed.join(file)));
         }
         for (name, file) in LIBRARIES {
-            imports.insert((*name).to_owned(), Value::String(format!("/lib/{file}")));
+            modules.push(((*name).to_owned(), format!("/lib/{file}")));
         }
     }
-    let whole = modules.is_some();
+    let version = version(&entries);
+    let imports: Map<String, Value> =
+        modules.into_iter().map(|(name, path)| (name, Value::String(format!("/{version}{path}")))).collect();
+    let whole = installed.is_some();
     // Read by the program's build script: browser tests of the page can run only if the libraries are embedded.
     println!("cargo::metadata=whole={whole}");
-    let axe = modules.map(|modules| modules.join("axe-core/axe.min.js")).filter(|file| file.is_file());
+    let axe = installed.map(|modules| modules.join("axe-core/axe.min.js")).filter(|file| file.is_file());
     println!("cargo::metadata=axe={}", axe.unwrap_or_default().display());
     let map = json!({ "imports": imports }).to_string();
     let mut text = String::from(
@@ -191,7 +206,8 @@ fn main() {
     for (name, kind, path) in &entries {
         text += &format!("    ({name:?}, {kind:?}, include_bytes!({:?})),\n", path.display().to_string());
     }
-    text += &format!("];\n/// The import map of the page, JSON.\npub const IMPORT_MAP: &str = {map:?};\n");
+    text += &format!("];\n/// The first folder of the paths under which browsers may store the files: a hash of all files.\npub const VERSION: &str = {version:?};\n");
+    text += &format!("/// The import map of the page, JSON.\npub const IMPORT_MAP: &str = {map:?};\n");
     text += &format!("/// Whether the page's libraries are embedded.\npub const HAS_LIBRARIES: bool = {whole};\n");
     fs::write(out.join("files.rs"), text).expect("cannot write files.rs");
 }

@@ -56,7 +56,8 @@ pub enum Rights {
     View,
 }
 
-/// The response for a path: content type, content, and additional headers.
+/// The response for a path: content type, content, and additional headers. Unless these state otherwise, a browser asks
+/// again before it uses a cached file.
 pub type FileResponse = (&'static str, Vec<u8>, Vec<(&'static str, String)>);
 
 /// Settings with which a listener is opened.
@@ -268,8 +269,10 @@ fn serve(mut stream: TcpStream, number: u64, shared: &Arc<ListenerState>) -> io:
                     ("Content-Type", kind),
                     ("X-Content-Type-Options", "nosniff"),
                     ("Referrer-Policy", "no-referrer"),
-                    ("Cache-Control", "no-cache"),
                 ];
+                if !more.iter().any(|(name, _)| *name == "Cache-Control") {
+                    headers.push(("Cache-Control", "no-cache"));
+                }
                 headers.extend(more.iter().map(|(n, v)| (*n, v.as_str())));
                 write_response(&mut stream, "200 OK", &headers, &bytes)
             }

@@ -77,7 +77,7 @@ export type FromPage = { "type": "run", action: RunAction, } | { "type": "speed"
 /**
  * The folder for the file: the answer to a `folder` request. Omitted if the file was dropped alone.
  */
-folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "model_picture", id: number, model: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<WatchedValue>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
+folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "model_picture", id: number, model: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, follow?: boolean, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<WatchedValue>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
 
 /**
  * The section of the gallery: recently opened scenes, those in the working folder, or those of the program.
@@ -100,6 +100,40 @@ lead: number,
  * Minimum and maximum position, rad or m; omitted if the joint has no limits.
  */
 limits?: [number, number], };
+
+/**
+ * A model without a parent that equals an earlier one in the message, apart from what is stated here.
+ */
+export type ModelCopy = {
+/**
+ * The handle of the root of the earlier model.
+ */
+copy_of: number,
+/**
+ * The alias of the root.
+ */
+alias: string,
+/**
+ * The handles of all objects, in the order of those of the earlier model.
+ */
+ids: Array<number>,
+/**
+ * The poses that differ from those of the earlier model, by the index of the object.
+ */
+poses: { [key in number]: [number, number, number, number, number, number, number] },
+/**
+ * The scripts of all objects, in their order.
+ */
+scripts: Array<Script>, };
+
+/**
+ * An event with output of the simulation.
+ */
+export type OutputLine = {
+/**
+ * The name of the event.
+ */
+name: string, payload: any, };
 
 /**
  * A property of an object, or a field of its last reading that has at most 16 elements.
@@ -158,6 +192,11 @@ export type ReadingSchema = "proximity" | "range_scan" | "image" | "gps" | "fiel
 export type RunAction = "start" | "pause" | "stop" | "step" | "quit";
 
 export type RunState = "stopped" | "running" | "paused";
+
+/**
+ * An object, or a model that equals an earlier one.
+ */
+export type SceneEntry = SceneObject | ModelCopy;
 
 /**
  * A scene that can be opened.
@@ -302,7 +341,7 @@ look?: string, speed: number, } | { "type": "scene", file: string,
 /**
  * Number of the scene among those opened so far. It differs if the same file is opened again.
  */
-opened: number, dt: number, objects: Array<SceneObject>, scripts: Array<Script>,
+opened: number, dt: number, objects: Array<SceneEntry>, scripts: Array<Script>,
 /**
  * Notes from loading the scene, such as the features that an importer does not support.
  */
@@ -330,7 +369,7 @@ file: string, on_disk: boolean,
 /**
  * Unix time, s, of a copy of unsaved edits that a crashed program has left; null if there is none.
  */
-recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<StreamSamples>,
+recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "output", lines: Array<OutputLine>, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<StreamSamples>,
 /**
  * The curves that the graph declares, each a stream over another.
  */

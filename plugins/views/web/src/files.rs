@@ -9,20 +9,32 @@ include!(concat!(env!("OUT_DIR"), "/files.rs"));
 /// Placeholder in `index.html` for the import map.
 const IMPORT_MAP_PLACEHOLDER: &str = "<!-- import map -->";
 
+/// Header of files whose path contains the version, so that a browser stores them and never asks for them again.
+const STORED: (&str, &str) = ("Cache-Control", "max-age=31536000, immutable");
+
 /// Returns the embedded file for the path of a request, or `None` if there is none.
 pub fn embedded_file(path: &str) -> Option<FileResponse> {
     serve_file(path, HAS_LIBRARIES)
 }
 
+/// Returns the path of a file without the version, if it contains the version.
+fn without_version(path: &str) -> Option<&str> {
+    path.strip_prefix('/')?.strip_prefix(VERSION)
+}
+
 fn serve_file(path: &str, whole: bool) -> Option<FileResponse> {
     let path = if path == "/" { "/page/index.html" } else { path };
+    let versioned = without_version(path);
+    let path = versioned.unwrap_or(path);
     let (_, kind, bytes) = FILES.iter().find(|(name, _, _)| *name == path)?;
     if path != "/page/index.html" {
-        return Some((kind, bytes.to_vec(), Vec::new()));
+        let (name, value) = STORED;
+        return Some((kind, bytes.to_vec(), versioned.map(|_| (name, value.to_owned())).into_iter().collect()));
     }
     let text = if whole {
         let head = format!("<script type=\"importmap\">{IMPORT_MAP}</script>\n{}", preloads());
-        String::from_utf8_lossy(bytes).replace(IMPORT_MAP_PLACEHOLDER, &head)
+        let page = String::from_utf8_lossy(bytes).replace("\"/page/", &format!("\"/{VERSION}/page/"));
+        page.replace(IMPORT_MAP_PLACEHOLDER, &head)
     } else {
         MISSING_PAGE.to_owned()
     };
@@ -47,7 +59,7 @@ const LAZY_MODULES: &[&str] = &[
 fn preloads() -> String {
     let later = |path: &&str| LAZY_MODULES.iter().any(|start| path.starts_with(start));
     let modules = FILES.iter().map(|(path, _, _)| *path).filter(|path| path.ends_with(".js") && !later(path));
-    modules.map(|path| format!("<link rel=\"modulepreload\" href=\"{path}\">\n")).collect()
+    modules.map(|path| format!("<link rel=\"modulepreload\" href=\"/{VERSION}{path}\">\n")).collect()
 }
 
 /// The page of a program that was built without the page's libraries.
@@ -93,13 +105,27 @@ mod tests {
         assert!(kind.starts_with("text/javascript"), "{kind}");
         let (kind, _, _) = embedded_file("/page/run/exercise.lua").unwrap();
         assert!(kind.starts_with("text/plain"), "{kind}");
-        assert!(IMPORT_MAP.contains("\"tatu/net/connection\":\"/page/net/connection.js\""), "{IMPORT_MAP}");
+        let entry = format!("\"tatu/net/connection\":\"/{VERSION}/page/net/connection.js\"");
+        assert!(IMPORT_MAP.contains(&entry), "{IMPORT_MAP}");
         assert!(!FILES.iter().any(|(path, _, _)| path.contains("/tests/") || path.contains("/node_modules/")));
         let preloads = preloads();
         assert!(preloads.contains("/page/view/renderer.js") && preloads.contains("/page/run/film_recorder.js"));
         for lazy in LAZY_MODULES.iter().filter(|start| start.starts_with("/page/")) {
             assert!(FILES.iter().any(|(path, _, _)| path.starts_with(lazy)) && !preloads.contains(lazy), "{lazy}");
         }
+    }
+
+    #[test]
+    fn only_files_of_this_version_are_stored_by_browsers() {
+        let (_, text, headers) = embedded_file(&format!("/{VERSION}/page/net/connection.js")).unwrap();
+        assert_eq!(headers, [(STORED.0, STORED.1.to_owned())]);
+        assert_eq!(embedded_file("/page/net/connection.js").unwrap(), ("text/javascript; charset=utf-8", text, vec![]));
+        assert!(embedded_file("/0123456789abcdef/page/net/connection.js").is_none());
+        let (_, page, headers) = embedded_file("/").unwrap();
+        assert!(!headers.iter().any(|(name, _)| *name == STORED.0));
+        let page = String::from_utf8(page).unwrap();
+        assert_eq!(page.contains(&format!("/{VERSION}/page/style.css")), HAS_LIBRARIES);
+        assert!(!page.contains("\"/page/"), "{page}");
     }
 
     #[test]

@@ -16,6 +16,7 @@ const SHARED_MODULES: &[&str] = &[
     "lib/plot",
     "net/calls",
     "net/binary_messages",
+    "net/model_copies",
     "net/subscriptions",
     "scene/store",
     "scene/hierarchy",

@@ -27,6 +27,15 @@ const UNITS_PER_METRE: f64 = 1e4;
 /// An encoded entry: its key, its data, and the number of data bytes that are used.
 pub type FrameEntry = (u32, [u8; 20], u8);
 
+/// The last frame that a client received.
+#[derive(Default)]
+pub struct SentFrame {
+    /// The last entry that was sent, by key.
+    entries: BTreeMap<u32, [u8; 20]>,
+    /// The step and the simulation time, s; `None` before the first frame.
+    at: Option<(u64, f64)>,
+}
+
 /// The encoded poses and joint positions of all objects.
 #[derive(Default)]
 pub struct EncodedMotion {
@@ -69,21 +78,25 @@ impl EncodedMotion {
         Ok(EncodedMotion { entries })
     }
 
-    /// Returns a frame with the entries that differ from `known`, which contains the last entries sent to the client,
-    /// and updates `known`.
-    pub fn frame_since(&self, known: &mut BTreeMap<u32, [u8; 20]>, step: u64, time: f64) -> OutgoingMessage {
+    /// Returns a frame with the entries that differ from those of the last frame, and updates `last`. Returns `None` if
+    /// nothing has moved and no time has passed.
+    pub fn frame_since(&self, last: &mut SentFrame, step: u64, time: f64) -> Option<OutgoingMessage> {
         let mut out = head(step, time);
         let mut count = 0_u32;
         for (key, bytes, len) in &self.entries {
-            if known.get(key) != Some(bytes) {
-                known.insert(*key, *bytes);
+            if last.entries.get(key) != Some(bytes) {
+                last.entries.insert(*key, *bytes);
                 out.extend_from_slice(&key.to_le_bytes());
                 out.extend_from_slice(&bytes[..usize::from(*len)]);
                 count += 1;
             }
         }
+        if count == 0 && last.at == Some((step, time)) {
+            return None;
+        }
+        last.at = Some((step, time));
         out[16..20].copy_from_slice(&count.to_le_bytes());
-        OutgoingMessage::Binary(out.into())
+        Some(OutgoingMessage::Binary(out.into()))
     }
 }
 
@@ -145,13 +158,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_changed_entries_are_sent() {
+    fn only_changes_are_sent() {
         let mut bytes = [0; 20];
         bytes[0] = 7;
         let now = EncodedMotion { entries: vec![(5, bytes, 20), (6 | 1 << 24, [0; 20], 4)] };
-        let mut known = BTreeMap::new();
-        let len = |m: OutgoingMessage| if let OutgoingMessage::Binary(b) = m { (b.len(), b[16]) } else { (0, 0) };
-        assert_eq!(len(now.frame_since(&mut known, 1, 0.05)), (20 + 24 + 8, 2));
-        assert_eq!(len(now.frame_since(&mut known, 2, 0.1)), (20, 0));
+        let mut last = SentFrame::default();
+        let len = |m| if let Some(OutgoingMessage::Binary(b)) = m { (b.len(), b[16]) } else { (0, 0) };
+        assert_eq!(len(now.frame_since(&mut last, 1, 0.05)), (20 + 24 + 8, 2));
+        assert_eq!(len(now.frame_since(&mut last, 2, 0.1)), (20, 0));
+        assert!(now.frame_since(&mut last, 2, 0.1).is_none());
     }
 }

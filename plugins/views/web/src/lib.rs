@@ -2,8 +2,9 @@
 //!
 //! - `service`: the service and its work at each barrier; `show`: messages to clients; `requests`: requests from
 //!   clients; `drop`: files dropped on the page;
-//! - `scene`: the complete scene; `frames`: motion of its objects; `changes`: all other changes of objects; `readings`:
+//! - `scene`: the complete scene; `copies`: equal models in it; `frames`: motion of its objects; `changes`: all other changes of objects; `readings`:
 //!   data of sensors, drawings and graphs;
+//! - `sent`: what a client has received last;
 //! - `protocol`: the types of all text messages;
 //! - `edits`: the state of undo and redo, and backup copies of unsaved edits;
 //! - `gallery`: the scenes that the page offers; `recent`: recently shown scenes, stored for later runs;
@@ -16,6 +17,7 @@
 
 mod browser;
 mod changes;
+mod copies;
 mod drop;
 mod edits;
 mod files;
@@ -33,6 +35,7 @@ mod recent;
 mod recorder;
 mod requests;
 mod scene;
+mod sent;
 mod service;
 mod show;
 mod watch;

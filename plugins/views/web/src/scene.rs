@@ -11,6 +11,7 @@ use tatu_plugin_api::{
 use tatu_services_common::outbox::OutgoingMessage;
 
 use crate::{
+    copies,
     gallery::{SceneComment, comment_of},
     plugin::Props,
     protocol::{Joint, ReadingSchema, SceneObject, Script, SensorVolume, Texture, ToPage, VisiblePart},
@@ -117,6 +118,7 @@ pub fn read(turn: &Turn<'_>, p: &Props, opened: u32) -> Result<PageScene> {
     let notes = notes.list().unwrap_or_default().iter().map(|v| text(*v)).collect();
     let (file, dt) = (text(turn.get(0, p.file)?), turn.f64(0, p.dt)?);
     let SceneComment { about, to_try } = comment_of(Path::new(&file));
+    let objects = copies::entries(objects);
     let scene = ToPage::Scene { file, opened, dt, objects, scripts, notes, about, to_try };
     whole.messages = assets.into_values().collect();
     whole.messages.push(scene.message());

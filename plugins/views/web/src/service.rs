@@ -2,7 +2,7 @@
 
 use std::{
     cell::{RefCell, RefMut},
-    collections::BTreeMap,
+    collections::VecDeque,
     io::Write,
     time::Instant,
 };
@@ -24,23 +24,26 @@ use crate::{
     changes::ChangeDetector,
     drop::{DropFolder, DroppedFile},
     edits::{self, EditTracker},
-    files, film_page, gallery,
+    files, film_page,
+    frames::SentFrame,
+    gallery,
     lists::{ListCache, RequestAllowance},
     overlays::OverlayRequest,
     pace::{RealTimePacer, SPEED_RANGE},
     plugin::{Props, WebPage},
-    protocol::{FromPage, RunAction, ToPage},
+    protocol::{FromPage, OutputLine, RunAction, ToPage},
     readings,
     recent::RecentScenes,
     recorder::{FilmRecorder, RECORDED_EVENTS},
     requests,
     scene::PageScene,
+    sent::{SentMessages, Subject},
     watch::ValueWatch,
     windows::{self, ScriptWindows},
 };
 
 /// Version of the protocol between the page and the program.
-const PROTOCOL_VERSION: u32 = 3;
+const PROTOCOL_VERSION: u32 = 4;
 /// Maximum size of a message from a client, bytes.
 const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// Maximum number of messages from a client with control rights that are processed per barrier.
@@ -51,8 +54,8 @@ const MAX_VIEWER_REQUESTS_PER_BARRIER: usize = 20;
 const MAX_FILM_BYTES: usize = 64 << 20;
 /// Maximum number of sensors whose images a client may request at the same time, and of graphs.
 const MAX_REQUESTED_OBJECTS: usize = 8;
-/// Maximum number of output messages that are stored for new clients.
-const MAX_OUTPUT_MESSAGES: usize = 500;
+/// Maximum number of output lines that are stored for new clients.
+const MAX_OUTPUT_LINES: usize = 500;
 
 /// The service `web`, which serves the page and exchanges messages with it.
 pub struct WebService {
@@ -65,8 +68,10 @@ pub(crate) struct WebState {
     /// The connected clients.
     pub(crate) clients: Vec<PageClient>,
     pub(crate) view: SceneView,
-    /// The newest messages with output of the simulation, for new clients.
-    pub(crate) output_messages: Vec<OutgoingMessage>,
+    /// The newest lines of output of the simulation, for new clients.
+    pub(crate) output: VecDeque<OutputLine>,
+    /// The lines of output that are sent with the next frame.
+    pub(crate) unsent_output: Vec<OutputLine>,
     pub(crate) windows: ScriptWindows,
     pub(crate) pacing: RunPacing,
     /// The last `state` message, as JSON.
@@ -104,6 +109,7 @@ pub(crate) struct RunPacing {
     pub(crate) pending_steps: u64,
     pub(crate) last_frame: Instant,
     pub(crate) last_readings: Instant,
+    pub(crate) last_details: Instant,
 }
 
 /// The drawings that were sent last.
@@ -117,14 +123,18 @@ pub(crate) struct DrawingRecord {
 /// The state of a client.
 pub(crate) struct PageClient {
     pub(crate) client: WebSocketClient,
-    /// The frame entries that were sent to the client last, by key.
-    pub(crate) sent_entries: BTreeMap<u32, [u8; 20]>,
+    /// The last frame that was sent to the client.
+    pub(crate) sent_frame: SentFrame,
+    /// What the client has received last.
+    pub(crate) sent: SentMessages,
     /// Whether the client has received the current scene.
     pub(crate) scene_sent: bool,
     /// Handles of the sensors whose images the client has requested.
     pub(crate) images: Vec<u32>,
     /// Handles of the graphs whose streams the client has requested.
     pub(crate) graphs: Vec<u32>,
+    /// The handle of the object whose properties the client follows; 0: none.
+    pub(crate) followed: u32,
     /// The values that the client watches.
     pub(crate) watch: ValueWatch,
     /// The film that the client is recording.
@@ -221,7 +231,8 @@ impl Service for WebService {
                 world: 0,
                 scenes_opened: 0,
             },
-            output_messages: Vec::new(),
+            output: VecDeque::new(),
+            unsent_output: Vec::new(),
             windows: ScriptWindows::default(),
             pacing: RunPacing {
                 pace: RealTimePacer::new(params.f64("speed")?, session),
@@ -229,6 +240,7 @@ impl Service for WebService {
                 pending_steps: 0,
                 last_frame: now,
                 last_readings: now,
+                last_details: now,
             },
             last_state: String::new(),
             drawings: DrawingRecord { last_drawings: String::new(), drawings_version: 0 },
@@ -288,15 +300,24 @@ impl Service for WebService {
         if name == windows::WINDOW_EVENT {
             state.windows.apply_event(&payload);
         }
-        let message = ToPage::Event { name: name.to_owned(), payload }.message();
-        if matches!(name, "message" | "console" | "script_error" | "started") {
-            if name == "started" {
-                state.output_messages.clear();
-            }
-            state.output_messages.push(message.clone());
-            let over = state.output_messages.len().saturating_sub(MAX_OUTPUT_MESSAGES);
-            state.output_messages.drain(..over);
+        if name == "started" {
+            state.output.clear();
         }
+        let line = OutputLine { name: name.to_owned(), payload };
+        if matches!(name, "message" | "console" | "script_error" | "started") {
+            state.output.push_back(line.clone());
+            if state.output.len() > MAX_OUTPUT_LINES {
+                state.output.pop_front();
+            }
+        }
+        // Scripts may print many lines in each step, so lines are sent together. Other events follow the lines that
+        // precede them immediately.
+        if matches!(name, "message" | "console") {
+            state.unsent_output.push(line);
+            return;
+        }
+        state.queue_output();
+        let message = ToPage::Event { name: line.name, payload: line.payload }.message();
         state.clients.iter().for_each(|g| g.client.out.send(message.clone()));
     }
 }
@@ -333,7 +354,11 @@ impl WebState {
 
     /// Adds clients that have connected and queues their first messages, and removes clients that have disconnected.
     fn accept_clients(&mut self, _: &Turn<'_>) -> Result {
-        for client in self.listener.take_new() {
+        let new = self.listener.take_new();
+        if !new.is_empty() {
+            self.queue_output();
+        }
+        for client in new {
             let acts = client.rights == Rights::Control;
             if acts {
                 self.browser_redirect = None;
@@ -342,11 +367,16 @@ impl WebState {
             let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.view_token));
             let hello = ToPage::Hello { version: PROTOCOL_VERSION, acts, look, speed: self.pacing.pace.speed };
             client.out.send(hello.message());
-            self.output_messages.iter().cloned().chain(self.windows.messages()).for_each(|m| client.out.send(m));
+            if !self.output.is_empty() {
+                client.out.send(ToPage::Output { lines: self.output.iter().cloned().collect() }.message());
+            }
+            self.windows.messages().for_each(|m| client.out.send(m));
             self.last_state.clear();
             self.clients.push(PageClient {
                 client,
-                sent_entries: BTreeMap::new(),
+                sent_frame: SentFrame::default(),
+                sent: SentMessages::default(),
+                followed: 0,
                 scene_sent: false,
                 images: Vec::new(),
                 graphs: Vec::new(),
@@ -439,13 +469,28 @@ impl WebState {
     ) -> Result<Option<ToPage>> {
         let may_act = guest.client.rights == Rights::Control;
         match asked {
-            FromPage::Details { object } => return requests::details(turn, object).map(Some),
+            FromPage::Details { object, follow } => {
+                if follow {
+                    guest.followed = object;
+                    guest.sent.forget(Subject::Details);
+                }
+                return (object != 0 || !follow).then(|| requests::details(turn, object)).transpose();
+            }
             FromPage::Script { script } => return requests::script(turn, script).map(Some),
             FromPage::Data { object } => return requests::data(turn, p, object).map(Some),
-            FromPage::Images { objects } => guest.images = dedup_and_truncate(objects),
-            FromPage::Graphs { objects } => guest.graphs = dedup_and_truncate(objects),
+            FromPage::Images { objects } => {
+                guest.images = dedup_and_truncate(objects);
+                guest.sent.forget(Subject::Image);
+            }
+            FromPage::Graphs { objects } => {
+                guest.graphs = dedup_and_truncate(objects);
+                guest.sent.forget(Subject::Graph);
+            }
             FromPage::Watch { of, values } => guest.watch = ValueWatch::new(turn, of, &values),
-            FromPage::Overlays { contacts, bodies } => guest.overlays = OverlayRequest { contacts, bodies },
+            FromPage::Overlays { contacts, bodies } => {
+                guest.overlays = OverlayRequest { contacts, bodies };
+                guest.sent.forget(Subject::Overlays);
+            }
             FromPage::Commands {} | FromPage::Files {} => {}
             _ if !may_act => {
                 return Err(Fail::unsupported(

@@ -13,10 +13,11 @@ use tatu_services_common::outbox::OutgoingMessage;
 
 use crate::{
     changes::DetectedChange,
-    frames::{EncodedMotion, object_id},
+    frames::{EncodedMotion, SentFrame, object_id},
     overlays::{self, OverlayRequest},
     protocol::{RunState, ToPage},
-    readings, scene,
+    readings, requests, scene,
+    sent::Subject,
     service::WebState,
 };
 
@@ -24,6 +25,8 @@ use crate::{
 const FRAME_INTERVAL: Duration = Duration::from_millis(50);
 /// Minimum interval between two messages with readings.
 const READINGS_INTERVAL: Duration = Duration::from_millis(100);
+/// Minimum interval between two readings of the properties that clients follow.
+const DETAILS_INTERVAL: Duration = Duration::from_millis(500);
 /// Minimum interval between two rounds of comparisons of all objects.
 const COMPARISON_INTERVAL: Duration = Duration::from_millis(200);
 
@@ -31,6 +34,7 @@ impl WebState {
     /// Queues all messages that are due, for all clients.
     pub(crate) fn queue_messages(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props, step: u64) -> Result {
         if self.clients.is_empty() {
+            self.unsent_output.clear();
             return Ok(());
         }
         let now = Instant::now();
@@ -39,6 +43,7 @@ impl WebState {
             return Ok(());
         }
         self.pacing.last_frame = now;
+        self.queue_output();
         self.clients.iter_mut().for_each(|g| g.has_backlog = g.client.out.has_queued());
         let ids = turn.list(0, 0, 0)?;
         if self.view.world != turn.raw().ptr().addr() || self.view.scene.ids != ids {
@@ -52,14 +57,17 @@ impl WebState {
         }
         for guest in self.clients.iter_mut().filter(|g| !g.scene_sent) {
             self.view.scene.messages.iter().for_each(|m| guest.client.out.send(m.clone()));
-            guest.sent_entries.clear();
+            guest.sent_frame = SentFrame::default();
+            guest.sent.clear();
             guest.scene_sent = true;
         }
         self.queue_state(turn, p)?;
         if self.clients.iter().any(|g| g.client.out.wants_frame()) {
             let (all, time) = (EncodedMotion::read(turn, p, &self.view.scene)?, turn.f64(0, p.time)?);
             for guest in self.clients.iter_mut().filter(|g| g.client.out.wants_frame()) {
-                guest.client.out.set_frame(all.frame_since(&mut guest.sent_entries, step, time));
+                if let Some(frame) = all.frame_since(&mut guest.sent_frame, step, time) {
+                    guest.client.out.set_frame(frame);
+                }
                 guest.watch.take_message().into_iter().for_each(|m| guest.client.out.send(m.message()));
             }
             self.queue_overlays(turn, p)?;
@@ -68,7 +76,32 @@ impl WebState {
             self.pacing.last_readings = now;
             self.queue_readings(turn, p)?;
         }
+        if now - self.pacing.last_details >= DETAILS_INTERVAL {
+            self.pacing.last_details = now;
+            self.queue_details(turn);
+        }
         Ok(())
+    }
+
+    /// Queues the lines of output that have not been sent.
+    pub(crate) fn queue_output(&mut self) {
+        if self.unsent_output.is_empty() {
+            return;
+        }
+        let message = ToPage::Output { lines: std::mem::take(&mut self.unsent_output) }.message();
+        self.clients.iter().for_each(|g| g.client.out.send(message.clone()));
+    }
+
+    /// Queues the properties that clients follow and that have changed.
+    fn queue_details(&mut self, turn: &Turn<'_>) {
+        for guest in self.clients.iter_mut().filter(|g| g.followed != 0 && !g.has_backlog) {
+            // The object may have been removed in the meantime.
+            let Ok(details) = requests::details(turn, guest.followed) else { continue };
+            let message = details.message();
+            if guest.sent.is_new(Subject::Details, guest.followed, &message) {
+                guest.client.out.send(message);
+            }
+        }
     }
 
     /// Reads the complete scene, which is then sent to all clients again.
@@ -130,12 +163,14 @@ impl WebState {
     /// Consecutive clients with the same request share a message.
     fn queue_overlays(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let mut made: Option<(OverlayRequest, OutgoingMessage)> = None;
-        for guest in self.clients.iter().filter(|g| g.overlays.any() && !g.has_backlog) {
+        for guest in self.clients.iter_mut().filter(|g| g.overlays.any() && !g.has_backlog) {
             let message = match &made {
                 Some((wanted, message)) if *wanted == guest.overlays => message.clone(),
                 _ => overlays::message(turn, p, &self.view.scene.ids, guest.overlays)?.message(),
             };
-            guest.client.out.send(message.clone());
+            if guest.sent.is_new(Subject::Overlays, 0, &message) {
+                guest.client.out.send(message.clone());
+            }
             made = Some((guest.overlays, message));
         }
         Ok(())
@@ -168,12 +203,17 @@ impl WebState {
                 out.send(OutgoingMessage::Text(self.drawings.last_drawings.clone().into()));
                 guest.drawings_version = self.drawings.drawings_version;
             }
-            guest.images.iter().filter_map(|id| readings::image(turn, p, object_id(*id))).for_each(|m| out.send(m));
-            guest
-                .graphs
-                .iter()
-                .flat_map(|id| readings::graph(turn, object_id(*id)))
-                .for_each(|m| out.send(m.message()));
+            let images = guest.images.iter().filter_map(|id| {
+                Some((Subject::Image, *id, readings::image(turn, p, object_id(*id))?))
+            });
+            let graphs = guest.graphs.iter().filter_map(|id| {
+                Some((Subject::Graph, *id, readings::graph(turn, object_id(*id)).ok()?.message()))
+            });
+            for (subject, id, message) in images.chain(graphs) {
+                if guest.sent.is_new(subject, id, &message) {
+                    out.send(message);
+                }
+            }
         }
         Ok(())
     }

@@ -6,7 +6,10 @@ import { evaluate } from "tatu/lib/expressions";
 import { t } from "tatu/lib/language";
 import { compose, frameOf, inverse, positionOf, rotationAbout, rotationOf, translationAlong } from "tatu/lib/poses";
 import { conjugate, fromDegrees, multiply, toDegrees } from "tatu/lib/rotations";
+import { hasMotion } from "tatu/net/binary_messages";
 import { reason } from "tatu/net/calls";
+import { on } from "tatu/net/connection";
+import { watch } from "tatu/scene/store";
 import { EDIT_VERBS, beginEdit, gizmoObject, moveTool, setMoveTool, watchMoveTool } from "tatu/edit/gizmo";
 import { keyStep } from "tatu/edit/move_keys";
 import { posesOf } from "tatu/edit/pose_edit";
@@ -168,4 +171,12 @@ watchMoveTool(() => {
   showError("");
   refresh();
 });
-setInterval(() => { if (!document.hidden) refresh(); }, REFRESH_INTERVAL);
+/** Whether something has moved since the last request of the coordinates. */
+let isOutdated = true;
+on("frame", (view) => { if (hasMotion(view)) isOutdated = true; });
+watch("objects", () => { isOutdated = true; });
+setInterval(() => {
+  if (!isOutdated || document.hidden || !gizmoObject()) return;
+  isOutdated = false;
+  refresh();
+}, REFRESH_INTERVAL);

@@ -1,6 +1,8 @@
 // @ts-check
 // Replaces the module `net/connection` in a film: delivers recorded messages as if they had just been received.
 
+import { expandCopies } from "tatu/net/model_copies";
+
 /** @import { FromPage, ToPage } from "tatu/protocol" */
 /** @import { Messages } from "tatu/net/connection" */
 
@@ -35,7 +37,8 @@ export function deliver(kind, message) {
  * @param {ToPage} message
  */
 export function deliverMessage(message) {
-  deliver(message.type, /** @type {any} */ (message));
+  if (message.type === "scene") deliver("scene", { ...message, objects: expandCopies(message.objects) });
+  else deliver(/** @type {any} */ (message.type), /** @type {any} */ (message));
 }
 
 /**

@@ -54,6 +54,14 @@ export function entryLength(kind) {
 }
 
 /**
+ * Returns whether anything has moved since the last frame.
+ * @param {DataView} view
+ */
+export function hasMotion(view) {
+  return view.getUint32(16, true) > 0;
+}
+
+/**
  * Returns the simulation time of a frame, s.
  * @param {DataView} view
  */

@@ -4,14 +4,16 @@
 import { t } from "tatu/lib/language";
 import { BINARY } from "tatu/net/binary_messages";
 import { Calls, failure } from "tatu/net/calls";
+import { expandCopies } from "tatu/net/model_copies";
 
-/** @import { FromPage, ToPage } from "tatu/protocol" */
+/** @import { FromPage, SceneObject, ToPage } from "tatu/protocol" */
 
 /** @typedef {{ name: string, service: string, instance: string }} Program The description of a program at `/tatu`. */
 /**
  * The arguments of handlers, by the kind of message: text messages by their `type`, binary messages, and messages about
  * the connection: "lost" with the reason, "connected", and "again" before the first message after a reconnection.
- * @typedef {{ [M in ToPage as M["type"]]: M } & { frame: DataView, mesh: DataView, image: DataView, texture: DataView,
+ * A scene has the objects of all its models, and output arrives as single events.
+ * @typedef {{ [M in Exclude<ToPage, { type: "scene" | "output" }> as M["type"]]: M } & { scene: Omit<ToPage & { type: "scene" }, "objects"> & { objects: SceneObject[] }, frame: DataView, mesh: DataView, image: DataView, texture: DataView,
  *   lost: "gone" | "other" | "old", connected: null, again: { restarted: boolean } }} Messages
  */
 /**
@@ -159,7 +161,10 @@ function receive(event) {
   }
   /** @type {ToPage} */
   const message = JSON.parse(event.data);
-  if (!calls.answer(message)) dispatch(message.type, /** @type {any} */ (message));
+  if (calls.answer(message)) return;
+  if (message.type === "scene") dispatch("scene", { ...message, objects: expandCopies(message.objects) });
+  else if (message.type === "output") for (const line of message.lines) dispatch("event", { type: "event", ...line });
+  else dispatch(message.type, /** @type {any} */ (message));
 }
 
 /** Returns the token. It is moved from the address to the session storage, from which it is read after a reload. */

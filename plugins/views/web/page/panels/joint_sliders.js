@@ -163,9 +163,12 @@ reset.onclick = async () => {
   }
 };
 
+/** Whether time has passed since the last request of velocities and efforts. */
+let isOutdated = true;
 /** Requests the velocities and efforts of the joints, and shows them. */
 function requestMotion() {
   if (panel.hidden || !panel.open || document.hidden || !rights.canControl) return;
+  isOutdated = false;
   for (const j of joints.values()) {
     Promise.all([readJoint(j.id, "velocity"), readJoint(j.id, "effort")]).then(([velocity, effort]) => {
       const isPrismatic = j.unit.factor === 1;
@@ -175,9 +178,10 @@ function requestMotion() {
     });
   }
 }
-setInterval(requestMotion, REFRESH_INTERVAL);
+setInterval(() => { if (isOutdated) requestMotion(); }, REFRESH_INTERVAL);
 
 on("frame", (view) => {
+  isOutdated = true;
   if (!joints.size) return;
   eachEntry(view, (id, what, numbers) => {
     const j = joints.get(id);

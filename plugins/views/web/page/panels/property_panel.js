@@ -21,8 +21,6 @@ import { fieldOf } from "tatu/panels/property_fields";
 /** @import { Field } from "tatu/panels/property_fields" */
 /** @typedef {{ element: HTMLElement, signature: string, row: PropertyRow, field: Field, name: HTMLElement }} Line */
 
-/** Interval at which values are updated, ms. */
-const REFRESH_INTERVAL = 1000;
 const rows = get("rows");
 const heading = get("what");
 let shownId = 0;
@@ -249,7 +247,7 @@ watch("selected", (id) => {
   get("eye", HTMLCanvasElement).hidden = o?.schema !== "image";
   get("plot", HTMLCanvasElement).hidden = o?.kind !== "graph";
   shownId = 0;
-  if (o) send({ type: "details", object: id });
+  follow();
 });
 for (const change of /** @type {const} */ (["scene", "objects"])) {
   watch(change, () => {
@@ -257,4 +255,11 @@ for (const change of /** @type {const} */ (["scene", "objects"])) {
     listScripts();
   });
 }
-setInterval(() => { if (selected() && !document.hidden) send({ type: "details", object: selected() }); }, REFRESH_INTERVAL);
+/** Requests the properties of the selection from now on, unless the page is hidden. */
+function follow() {
+  const id = selected();
+  send({ type: "details", object: scene.objects.has(id) && !document.hidden ? id : 0, follow: true });
+}
+document.addEventListener("visibilitychange", follow);
+// A new connection follows nothing.
+on("hello", () => { if (selected()) follow(); });

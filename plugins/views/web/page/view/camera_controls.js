@@ -99,7 +99,8 @@ function headingOf(object, fallback) {
   return Math.hypot(ahead.x, ahead.y) > 0.2 ? Math.atan2(ahead.y, ahead.x) : fallback;
 }
 
-on("frame", () => {
+/** Moves the camera with the followed object. */
+function follow() {
   if (followButton.getAttribute("aria-pressed") === "true") {
     if (!followed && selected()) {
       followed = selected();
@@ -120,7 +121,9 @@ on("frame", () => {
       lastPose = { at, heading };
     }
   } else lastPose = null;
-});
+}
+on("frame", follow);
+watch("selected", follow);
 
 // A double click moves the point under the pointer to the centre of the view.
 renderer.domElement.addEventListener("dblclick", (e) => {

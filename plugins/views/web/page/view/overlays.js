@@ -6,6 +6,7 @@ import * as THREE from "three";
 import { get, make } from "tatu/lib/dom";
 import { principal } from "tatu/lib/inertia";
 import { t } from "tatu/lib/language";
+import { hasMotion } from "tatu/net/binary_messages";
 import { on, send } from "tatu/net/connection";
 import { scene, selected, selection, watch } from "tatu/scene/store";
 import { edgesOf, groups } from "tatu/view/objects";
@@ -219,7 +220,7 @@ on("overlays", (message) => {
   draw();
 });
 on("hello", () => { if (enabled.size) requestData(); });
-on("frame", () => { if (enabled.size && (isEnabled("joints") || isEnabled("frames") || isEnabled("colliders"))) draw(); });
+on("frame", (view) => { if (hasMotion(view) && enabled.size && (isEnabled("joints") || isEnabled("frames") || isEnabled("colliders"))) draw(); });
 on("event", ({ name }) => {
   if (name !== "stopped") return;
   contacts = [];

@@ -4,6 +4,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/controls";
 import { get } from "tatu/lib/dom";
+import { hasMotion } from "tatu/net/binary_messages";
 import { on } from "tatu/net/connection";
 import { scene, watch } from "tatu/scene/store";
 import { instancedGroup, isLarge, updateInstances } from "tatu/view/instancing";
@@ -145,7 +146,7 @@ export function redraw() {
   });
 }
 controls.addEventListener("change", redraw);
-on("frame", redraw);
+on("frame", (view) => { if (hasMotion(view)) redraw(); });
 
 new ResizeObserver(() => {
   const { clientWidth: w, clientHeight: h } = host;

@@ -45,8 +45,14 @@ pub(crate) enum FromPage {
         #[cfg_attr(test, ts(type = "Array<unknown>"))]
         args: Vec<Json>,
     },
-    /// Requests the properties of an object.
-    Details { object: u32 },
+    /// Requests the properties of an object. If `follow` is set, they are sent again whenever they have changed, until
+    /// the next such request; an `object` of 0 ends this.
+    Details {
+        object: u32,
+        #[serde(default)]
+        #[cfg_attr(test, ts(optional, as = "Option<bool>"))]
+        follow: bool,
+    },
     /// Requests the source of a script.
     Script { script: u32 },
     /// Requests the custom data of an object, or of the scene if `object` is 0.

@@ -8,11 +8,11 @@ mod sensor_data;
 mod to_page;
 
 pub(crate) use from_page::{FromPage, RunAction, WatchedValue};
-pub(crate) use object::{Joint, ReadingSchema, SceneObject, Script, SensorVolume, Texture, VisiblePart};
+pub(crate) use object::{Joint, ModelCopy, ReadingSchema, SceneEntry, SceneObject, Script, SensorVolume, Texture, VisiblePart};
 pub(crate) use sensor_data::{
     BodyMark, ContactMark, CurvePoints, Drawing, Reading, ReadingMap, StreamSamples, WatchSample,
 };
-pub(crate) use to_page::{Command, EditState, GallerySection, PropertyRow, RunState, SceneFile, ToPage};
+pub(crate) use to_page::{Command, EditState, GallerySection, OutputLine, PropertyRow, RunState, SceneFile, ToPage};
 
 #[cfg(test)]
 mod tests {

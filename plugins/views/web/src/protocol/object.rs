@@ -1,6 +1,34 @@
 //! Objects of a scene.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
+
+/// An object, or a model that equals an earlier one.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(untagged)]
+#[allow(clippy::large_enum_variant, reason = "nearly all entries are objects")]
+pub(crate) enum SceneEntry {
+    Object(SceneObject),
+    Copy(ModelCopy),
+}
+
+/// A model without a parent that equals an earlier one in the message, apart from what is stated here.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct ModelCopy {
+    /// The handle of the root of the earlier model.
+    pub(crate) copy_of: u32,
+    /// The alias of the root.
+    pub(crate) alias: String,
+    /// The handles of all objects, in the order of those of the earlier model.
+    pub(crate) ids: Vec<u32>,
+    /// The poses that differ from those of the earlier model, by the index of the object.
+    pub(crate) poses: BTreeMap<u32, [f64; 7]>,
+    /// The scripts of all objects, in their order.
+    pub(crate) scripts: Vec<Script>,
+}
 
 /// An object of the scene, as the page shows it.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -7,7 +7,7 @@ use serde_json::Value as Json;
 use tatu_services_common::outbox::OutgoingMessage;
 
 use super::{
-    object::{SceneObject, Script},
+    object::{SceneEntry, SceneObject, Script},
     sensor_data::{BodyMark, ContactMark, CurvePoints, Drawing, ReadingMap, StreamSamples, WatchSample},
 };
 
@@ -32,7 +32,7 @@ pub(crate) enum ToPage {
         /// Number of the scene among those opened so far. It differs if the same file is opened again.
         opened: u32,
         dt: f64,
-        objects: Vec<SceneObject>,
+        objects: Vec<SceneEntry>,
         scripts: Vec<Script>,
         /// Notes from loading the scene, such as the features that an importer does not support.
         notes: Vec<String>,
@@ -57,6 +57,10 @@ pub(crate) enum ToPage {
         name: String,
         #[cfg_attr(test, ts(type = "any"))]
         payload: Json,
+    },
+    /// The events with output of the simulation, such as `message` and `console`, since the last frame.
+    Output {
+        lines: Vec<OutputLine>,
     },
     Readings {
         readings: ReadingMap,
@@ -118,6 +122,16 @@ pub(crate) enum ToPage {
         #[serde(skip_serializing_if = "Option::is_none")]
         of: Option<u32>,
     },
+}
+
+/// An event with output of the simulation.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct OutputLine {
+    /// The name of the event.
+    pub(crate) name: String,
+    #[cfg_attr(test, ts(type = "any"))]
+    pub(crate) payload: Json,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
