@@ -32,6 +32,7 @@ const SHARED_MODULES: &[&str] = &[
     "view/scan_surface",
     "view/sensor_readings",
     "view/sensor_volumes",
+    "view/volume_geometry",
     "view/drawings",
     "panels/tree",
     "panels/output",

@@ -39,7 +39,7 @@ export function textField({ parent, text, complete, save, readOnly, isPython }) 
     state: EditorState.create({
       doc: text,
       extensions: [
-        lineNumbers(), history(), drawSelection(), highlightActiveLine(), bracketMatching(), indentOnInput(), lintGutter(),
+        lineNumbers(), history(), drawSelection(), EditorView.lineWrapping, highlightActiveLine(), bracketMatching(), indentOnInput(), lintGutter(),
         StreamLanguage.define(isPython ? python : lua), syntaxHighlighting(colors), theme, autocompletion({ override: [complete] }),
         keymap.of([{ key: "Mod-s", run: () => { save(); return true; } }, ...completionKeymap, ...historyKeymap, ...defaultKeymap, indentWithTab]),
         EditorState.readOnly.of(readOnly), EditorView.contentAttributes.of({ "aria-label": "Script" }),

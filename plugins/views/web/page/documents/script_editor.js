@@ -6,6 +6,7 @@ import { get } from "tatu/lib/dom";
 import { mark, t } from "tatu/lib/language";
 import { failure } from "tatu/net/calls";
 import { ask, on, send } from "tatu/net/connection";
+import { editState } from "tatu/scene/edits";
 import { reportError, writeLine } from "tatu/scene/messages";
 import { rights, scene, watch } from "tatu/scene/store";
 import { addUnsavedSource } from "tatu/documents/scene_file";
@@ -271,6 +272,15 @@ on("event", ({ name, payload }) => {
   if (line) markError(`${payload.script}:${line}: ${payload.message}`);
 });
 get("script-save").onclick = save;
+get("script-run").onclick = async () => {
+  if (await save() && editState.state !== "running") send({ type: "run", action: "start" });
+};
+// The script needs the width of the details, for lines of 80 characters.
+const detailsButton = get("script-details");
+detailsButton.onclick = () => {
+  const isShown = get("script").classList.toggle("with-details");
+  detailsButton.setAttribute("aria-pressed", String(isShown));
+};
 
 function closeEditor() {
   fillCount++;

@@ -79,6 +79,8 @@ const handle = new THREE.Object3D();
 anchor.add(handle);
 const gizmo = new TransformControls(camera, renderer.domElement);
 gizmo.setSpace("local");
+gizmo.setColors(0xe5484d, 0x30a46c, 0x3e63dd, 0xffb224);
+gizmo.setSize(0.8);
 stage.add(anchor, gizmo.getHelper());
 /** @type {[Mode, HTMLElement][]} */
 const buttons = [["translate", get("move")], ["rotate", get("turn")]];

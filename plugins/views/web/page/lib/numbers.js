@@ -14,6 +14,17 @@ export function formatNumber(x, factor = 1) {
 }
 
 /**
+ * Formats a number with at most three decimals, or with three significant digits if it is smaller than 0.1.
+ * @param {unknown} x a number, or the JSON representation of a non-finite number
+ * @param {number} [factor]
+ */
+export function formatShort(x, factor = 1) {
+  if (typeof x !== "number") return formatNumber(x, factor);
+  const y = x * factor;
+  return formatNumber(Math.abs(y) < 0.1 ? Number(y.toPrecision(3)) : Number(y.toFixed(3)));
+}
+
+/**
  * Rounds a number to a multiple of a step; a step of 0 leaves it unchanged.
  * @param {number} x
  * @param {number} step

@@ -39,6 +39,25 @@ function lastLine() {
   statusLine.className = newest?.className ?? "";
 }
 
+/** Numbers of warnings and errors in the status tab. */
+const counts = { warning: 0, error: 0 };
+/** Shows the numbers of warnings and errors, if there are any. */
+function showCounts() {
+  const texts = { warning: counts.warning === 1 ? t`1 warning` : t`${counts.warning} warnings`, error: counts.error === 1 ? t`1 error` : t`${counts.error} errors` };
+  for (const level of /** @type {const} */ (["warning", "error"])) {
+    const badge = get(`${level}-count`);
+    badge.hidden = counts[level] === 0;
+    badge.textContent = String(counts[level]);
+    badge.title = texts[level];
+    badge.setAttribute("aria-label", texts[level]);
+    badge.onclick = () => {
+      showTab(mark("Status"));
+      setExpanded(true);
+      [...output.querySelectorAll(`.${level}`)].at(-1)?.scrollIntoView({ block: "nearest" });
+    };
+  }
+}
+
 /** Returns the lines of a tab, and creates the tab if necessary. @param {string} name */
 function linesOf(name) {
   const existing = linesByTab.get(name);
@@ -73,6 +92,8 @@ function showTab(name) {
 /** Removes the lines of all tabs. */
 export function clear() {
   for (const name of linesByTab.keys()) linesByTab.set(name, []);
+  counts.warning = counts.error = 0;
+  showCounts();
   showTab(open);
 }
 
@@ -107,11 +128,19 @@ on("scene", ({ file, notes }) => {
 });
 // Lines that were written before the scene arrived get their links now.
 watch("scene", () => {
+  if (scene.isNew) {
+    counts.warning = counts.error = 0;
+    showCounts();
+  }
   for (const lines of linesByTab.values()) lines.forEach(linkObjects);
   lastLine();
 });
 
 watchLines(({ tab, text, level }) => {
+  if (tab === "Status" && (level === "warning" || level === "error")) {
+    counts[level]++;
+    showCounts();
+  }
   const div = make("div", { className: level, textContent: text });
   linkObjects(div);
   const all = linesOf(tab);

@@ -5,7 +5,7 @@
 import { make } from "tatu/lib/dom";
 import { evaluate } from "tatu/lib/expressions";
 import { t } from "tatu/lib/language";
-import { formatNumber } from "tatu/lib/numbers";
+import { formatNumber, formatShort } from "tatu/lib/numbers";
 import { reason, sendLatest } from "tatu/net/calls";
 import { newMergeKey } from "tatu/scene/edits";
 import { colorOf, encodeNumber, formOf, hexOf, partNames } from "tatu/scene/property_format";
@@ -44,7 +44,7 @@ async function attempt(done, element, showError) {
 
 /**
  * Creates a text field. Enter, or Ctrl+Enter in a field with several lines, applies the text, and so does moving the
- * focus away; Escape restores the last value.
+ * focus away; Escape restores the last value. `update` shows a value, or a shorter text while the field is not in use.
  * @param {string} label
  * @param {(text: string) => Promise<unknown>} applyText applies a text
  * @param {(why: string) => void} showError
@@ -72,10 +72,16 @@ export function textInput(label, applyText, showError, isLong = false) {
     } else return;
     e.preventDefault();
   };
-  const update = (/** @type {string} */ text) => {
-    const isTyping = document.activeElement === element && element.value !== current;
-    if (!isTyping && !element.hasAttribute("aria-invalid") && element.value !== text) element.value = text;
-    current = text;
+  let short = "";
+  element.onfocus = () => { if (element.value === short) element.value = current; };
+  element.onblur = () => { if (element.value === current) element.value = short; };
+  const update = (/** @type {string} */ text, /** @type {string} */ shortText = text) => {
+    const hasFocus = document.activeElement === element;
+    const isTyping = hasFocus && element.value !== current;
+    const shown = hasFocus ? text : shortText;
+    if (!isTyping && !element.hasAttribute("aria-invalid") && element.value !== shown) element.value = shown;
+    [current, short] = [text, shortText];
+    element.title = text === shortText ? "" : text;
   };
   return { element, update };
 }
@@ -145,7 +151,7 @@ function partsField({ row, name, unit, set }, showError) {
     }, showError);
     field.element.inputMode = "decimal";
     const label = make("label");
-    label.append(make("span", { className: "part", textContent: part }), field.element);
+    label.append(make("span", { className: `part ${part}`, textContent: part }), field.element);
     element.append(label);
     return field;
   });
@@ -154,7 +160,7 @@ function partsField({ row, name, unit, set }, showError) {
     element, wide: true,
     update: (v) => {
       value = /** @type {unknown[]} */ (v);
-      parts.forEach((part, i) => part.update(formatNumber(value[i], unit.factor)));
+      parts.forEach((part, i) => part.update(formatNumber(value[i], unit.factor), formatShort(value[i], unit.factor)));
     },
   };
 }

@@ -13,6 +13,7 @@ import { bounds, groups, root } from "tatu/view/objects";
 import { drawSimplified, isLargeForSoftware, isSoftware } from "tatu/view/software_rendering";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
+/** @import { SceneObject } from "tatu/protocol" */
 /** @import { ObjectGroup } from "tatu/view/instancing" */
 
 export const host = get("view");
@@ -162,6 +163,36 @@ const DEFAULT_DIRECTION = new THREE.Vector3(-0.55, -0.65, 0.5).normalize();
 /** Ratio of the size of the visible region to that of the objects. */
 const MARGIN = 1.15;
 
+/** Ratio of the size of the visible region of a new scene to that of its robots, and least ratio to that of the scene. */
+const [ROBOT_MARGIN, SCENE_SHARE] = [1.6, 0.5];
+
+/** Returns the object without a parent that is above an object, or the object itself. @param {SceneObject} object */
+function rootOf(object) {
+  for (let o = object; ;) {
+    const parent = scene.objects.get(o.parent);
+    if (!parent) return o;
+    o = parent;
+  }
+}
+
+/** Returns the bounding box of the models that have joints: the robots of the scene, which will move. */
+function robotBounds() {
+  const all = [...scene.objects.values()];
+  const robots = new Set(all.filter((o) => o.joint).map(rootOf).filter((o) => o.model));
+  const box = new THREE.Box3();
+  root.updateMatrixWorld(true);
+  for (const o of all) if (robots.has(rootOf(o))) for (const mesh of groups.get(o.id)?.userData.bodies ?? []) box.expandByObject(mesh);
+  return box;
+}
+
+/** Shows a new scene: its robots in the middle, and at least half of their surroundings. */
+function fitScene() {
+  const [robots, all] = [robotBounds(), bounds()];
+  if (robots.isEmpty() || all.isEmpty()) return fit();
+  const size = Math.max(ROBOT_MARGIN * robots.getSize(new THREE.Vector3()).length(), SCENE_SHARE * all.getSize(new THREE.Vector3()).length());
+  fitSphere(robots.getCenter(new THREE.Vector3()), size / 2);
+}
+
 /**
  * Moves the camera so that the given objects, or all objects except floors, are visible.
  * @param {THREE.Object3D[]} [objects]
@@ -174,7 +205,16 @@ export function fit(objects, direction = DEFAULT_DIRECTION) {
   const center = box.getCenter(new THREE.Vector3());
   const size = box.getSize(new THREE.Vector3()).length();
   // The minimum radius keeps the camera from moving too close to a small scene, and even more so to an empty one.
-  const radius = Math.max(objects ? 0.1 : size > 0 ? 0.7 : 2.5, size / 2);
+  fitSphere(center, Math.max(objects ? 0.1 : size > 0 ? 0.7 : 2.5, size / 2), direction);
+}
+
+/**
+ * Moves the camera so that a sphere is visible.
+ * @param {THREE.Vector3} center
+ * @param {number} radius m
+ * @param {THREE.Vector3} [direction] direction from the sphere to the camera
+ */
+function fitSphere(center, radius, direction = DEFAULT_DIRECTION) {
   const upright = (camera.fov * Math.PI) / 360;
   const half = Math.min(upright, Math.atan(Math.tan(upright) * camera.aspect));
   camera.position.copy(center).addScaledVector(direction, (MARGIN * radius) / Math.sin(half));
@@ -218,7 +258,7 @@ watch("scene", () => {
     requestAnimationFrame(() => {
       const group = groups.get(sceneCamera?.id ?? 0);
       if (group) moveCameraTo(group);
-      else fit();
+      else fitScene();
     });
   }
   redraw();

@@ -6,11 +6,12 @@ import * as THREE from "three";
 import { get } from "tatu/lib/dom";
 import { parseImage } from "tatu/net/binary_messages";
 import { on } from "tatu/net/connection";
-import { selected, watch } from "tatu/scene/store";
+import { scene, selected, watch } from "tatu/scene/store";
 import { attachTo, isLarge } from "tatu/view/instancing";
 import { groups } from "tatu/view/objects";
 import { redraw } from "tatu/view/renderer";
 import { scanSurface } from "tatu/view/scan_surface";
+import { volumeGeometry } from "tatu/view/volume_geometry";
 
 /** @import { Reading } from "tatu/protocol" */
 /** @typedef {Extract<Reading, { schema: "proximity" }>} Proximity */
@@ -19,6 +20,9 @@ import { scanSurface } from "tatu/view/scan_surface";
 
 const HIT_MATERIAL = new THREE.LineBasicMaterial({ color: 0xe0352b });
 const FREE_MATERIAL = new THREE.LineBasicMaterial({ color: 0x2a9d5c, transparent: true, opacity: 0.35 });
+/** Colors of the cones of proximity sensors. */
+const HIT_CONE_MATERIAL = new THREE.MeshBasicMaterial({ color: 0xe0352b, transparent: true, opacity: 0.14, side: THREE.DoubleSide, depthWrite: false });
+const FREE_CONE_MATERIAL = new THREE.MeshBasicMaterial({ color: 0x2a9d5c, transparent: true, opacity: 0.05, side: THREE.DoubleSide, depthWrite: false });
 const POINT_MATERIAL = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuation: false });
 const POSITION_MATERIAL = new THREE.PointsMaterial({ color: 0x8a3ffc, size: 9, sizeAttenuation: false, depthTest: false });
 const SCAN_MATERIAL = new THREE.MeshBasicMaterial({ color: 0x2b7de0, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false });
@@ -46,11 +50,23 @@ function erase(id) {
 const lines = (points, material) => new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), material);
 const ORIGIN = new THREE.Vector3();
 
-/** Creates the beam of a proximity sensor. @param {Proximity} r */
-function proximity(r) {
-  if (!r.detected || !r.point) return [lines([ORIGIN, new THREE.Vector3(0, 0, 0.15)], FREE_MATERIAL)];
+/**
+ * Creates the cone of a proximity sensor, up to the distance of what it detects, and the detected point. Sensors with
+ * another volume have a line instead of the cone.
+ * @param {number} id
+ * @param {Proximity} r
+ */
+function proximity(id, r) {
+  const volume = scene.objects.get(id)?.volume;
+  const cone = volume?.volume === "cone" && (volume.angle ?? 0) > 0 ? volume : null;
+  if (!r.detected || !r.point) {
+    const surface = cone && volumeGeometry(cone);
+    return [surface ? new THREE.Mesh(surface, FREE_CONE_MATERIAL) : lines([ORIGIN, new THREE.Vector3(0, 0, 0.15)], FREE_MATERIAL)];
+  }
   const at = new THREE.Vector3().fromArray(r.point);
-  return [lines([ORIGIN, at], HIT_MATERIAL), new THREE.Points(new THREE.BufferGeometry().setFromPoints([at]), POINT_MATERIAL)];
+  const point = new THREE.Points(new THREE.BufferGeometry().setFromPoints([at]), POINT_MATERIAL);
+  const surface = cone && volumeGeometry({ ...cone, range: at.length() });
+  return surface ? [new THREE.Mesh(surface, HIT_CONE_MATERIAL), lines([ORIGIN, at], HIT_MATERIAL), point] : [lines([ORIGIN, at], HIT_MATERIAL), point];
 }
 
 /**
@@ -77,12 +93,13 @@ function gps(group, r) {
 
 /**
  * Creates the drawing of a reading.
+ * @param {number} id
  * @param {THREE.Object3D} group
  * @param {Reading} r
  */
-function drawingOf(group, r) {
+function drawingOf(id, group, r) {
   switch (r.schema) {
-    case "proximity": return proximity(r);
+    case "proximity": return proximity(id, r);
     case "range_scan": return scan(r);
     case "gps": return gps(group, r);
     case "fields": return [];
@@ -96,7 +113,7 @@ function draw(id) {
   // In large scenes, only the reading of the selected sensor is drawn.
   if (!group || !reading || !raysBox.checked || (isLarge() && id !== selected())) return;
   const drawing = new THREE.Group();
-  drawing.add(...drawingOf(group, reading));
+  drawing.add(...drawingOf(id, group, reading));
   drawings.set(id, drawing);
   attachTo(group, drawing);
 }

@@ -36,7 +36,7 @@ function openCamera(spec) {
   const id = objectAt(spec.object);
   const o = scene.objects.get(id);
   if (!o || !hasImage(id)) return null;
-  const content = o.kind === "camera" ? renderedCanvas(id) : receivedCanvas(id, `window ${spec.object}`);
+  const content = o.kind === "camera" ? renderedCanvas(id) : receivedCanvas(id, `window ${spec.object}`, (text) => { window.title.textContent = `${o.alias} \u2014 ${text}`; });
   const window = openFloatingWindow({
     key: `camera ${spec.object}`, title: o.alias, width: 320, height: 270,
     closed: () => {
@@ -103,25 +103,27 @@ on("details", ({ object, rows }) => detailListeners.get(object)?.(rows));
  * Creates a canvas with the images of a vision sensor, and requests these images from the program.
  * @param {number} id
  * @param {string} subscriber unique name of the window
+ * @param {(text: string) => void} showSize shows the size of the image
  */
-function receivedCanvas(id, subscriber) {
+function receivedCanvas(id, subscriber, showSize) {
   const canvas = make("canvas", { className: "seen sent", width: 4, height: 3 });
-  images.set(subscriber, { id, canvas });
+  images.set(subscriber, { id, canvas, showSize });
   subscribe("images", subscriber, id);
   return { canvas, close: () => {
     images.delete(subscriber);
     subscribe("images", subscriber, 0);
   } };
 }
-/** @type {Map<string, { id: number, canvas: HTMLCanvasElement }>} */
+/** @type {Map<string, { id: number, canvas: HTMLCanvasElement, showSize: (text: string) => void }>} */
 const images = new Map();
 on("image", (view) => {
   const sensor = view.getUint32(4, true);
-  for (const { id, canvas } of images.values()) {
+  for (const { id, canvas, showSize } of images.values()) {
     if (id !== sensor) continue;
     const { width, height, pixels } = parseImage(view);
     if (!width || !height) continue;
     Object.assign(canvas, { width, height });
+    showSize(`${width} \u00d7 ${height}`);
     canvas.getContext("2d")?.putImageData(new ImageData(pixels, width, height), 0, 0);
   }
 });
