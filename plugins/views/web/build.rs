@@ -206,7 +206,9 @@ fn main() {
     for (name, kind, path) in &entries {
         text += &format!("    ({name:?}, {kind:?}, include_bytes!({:?})),\n", path.display().to_string());
     }
-    text += &format!("];\n/// The first folder of the paths under which browsers may store the files: a hash of all files.\npub const VERSION: &str = {version:?};\n");
+    text += &format!(
+        "];\n/// The first folder of the paths under which browsers may store the files: a hash of all files.\npub const VERSION: &str = {version:?};\n"
+    );
     text += &format!("/// The import map of the page, JSON.\npub const IMPORT_MAP: &str = {map:?};\n");
     text += &format!("/// Whether the page's libraries are embedded.\npub const HAS_LIBRARIES: bool = {whole};\n");
     fs::write(out.join("files.rs"), text).expect("cannot write files.rs");

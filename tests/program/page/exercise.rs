@@ -78,12 +78,16 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.page.until("document.querySelectorAll('.goals .failed').length === 1");
     shown.page.until("document.getElementById('stop').classList.contains('on')");
     shown.page.js(hand_in);
+    shown.page.until("document.querySelector('dialog input')");
+    shown.page.js("document.querySelector('dialog input').value = 'Anna Silva'");
+    shown.answer("Hand in");
     shown.page.until("window.saved.length === 1");
+    shown.page.until("document.getElementById('last-line').textContent.includes('_handed_in_Anna_Silva.zip is in')");
     let files: Value = shown.page.js(ZIP_CONTENTS_JS);
     let names: Vec<&String> = files.as_object().unwrap().keys().collect();
     assert_eq!(names, ["exercise.json", "film.html", "scripts/Robot.lua"]);
     let told: Value = serde_json::from_str(files["exercise.json"].as_str().unwrap()).unwrap();
-    assert_eq!(told["changed"], "scripts");
+    assert_eq!((&told["student"], &told["changed"]), (&"Anna Silva".into(), &"scripts".into()));
     assert_eq!(told["goals"][0]["state"], "reached");
     assert_eq!(told["goals"][1]["text"], "never /Robot object.position.z > 0.5");
     assert!(files["film.html"].as_str().unwrap().contains("id=\"recording\""));
@@ -103,6 +107,24 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.end();
 }
 
+/// A script that puts the robot somewhere else fails the goals that require that it does not.
+#[test]
+fn a_robot_that_jumps_reaches_no_goal() {
+    let jump = "function sysCall_METHOD()\nlocal p = sim.getObjectPosition(sim.getObject('/Flag'), -1)\n\
+        if sim.getSimulationTime() < 0.2 then sim.setObjectPosition(sim.getObject('..'), -1, {p[1], p[2], 0.14}) end\nend\n";
+    for method in ["init", "actuation"] {
+        let place = TestFolder::new();
+        place.write("jump.lua", &jump.replace("METHOD", method));
+        let scene = root().join("scenes/learn/exercise_reach_the_flag.toml");
+        let run = place
+            .tatu(&["run", scene.to_str().unwrap(), "--seconds", "1", "--script", "/Pioneer_p3dx=jump.lua"])
+            .good();
+        let text = run.err.clone() + &run.out;
+        assert!(text.contains("failed at 0.05 s: Drive, do not jump"), "{method}: {text}");
+        assert!(text.matches("failed at").count() >= 4 && !text.contains("reached at 1"), "{method}: {text}");
+    }
+}
+
 /// The exercise that comes with the program contains the same script that the page adds to new exercises.
 #[test]
 fn the_exercise_to_try_has_the_script_of_the_page() {
@@ -119,6 +141,9 @@ fn a_goal_that_cannot_be_read_is_named() {
         ("/Robot goes 1 m", "failed at 0.25 s: /Robot goes 1 m"),
         ("/Robot object.position.z > 0.05 for 0.1 s", "reached at"),
         ("never /Robot within 5 m of /Flag", "failed at 0.05 s"),
+        ("/Robot goes 1 m if goal 1", "expected the number of an earlier goal"),
+        ("/Robot goes 1 m\\nnever /Robot touches /Robot if goal 1", "failed at 0.25 s: never /Robot touches"),
+        ("never /Robot object.position.z > 1\\n/Robot goes 0 m if goal 1", "reached at 0.05 s: /Robot goes 0 m"),
     ] {
         let place = TestFolder::scene(&format!(
             "{SCENE}[[object]]\nkind = \"dummy\"\nalias = \"Exercise\"\ndata = {{ \"exercise.goals\" = \"{goal}\" }}\n\

@@ -107,9 +107,15 @@ mod tests {
     #[test]
     fn equal_models_are_copies_and_others_are_not() {
         let robot = |n: u32| {
-            let mut all = vec![object(n, 0, &format!("robot_{n}")), object(n + 2, n, "joint"), object(n + 1, n + 2, "wheel")];
-            all[0].scripts =
-                vec![Script { id: n + 9, name: String::new(), kind: String::new(), language: String::new(), version: n }];
+            let mut all =
+                vec![object(n, 0, &format!("robot_{n}")), object(n + 2, n, "joint"), object(n + 1, n + 2, "wheel")];
+            all[0].scripts = vec![Script {
+                id: n + 9,
+                name: String::new(),
+                kind: String::new(),
+                language: String::new(),
+                version: n,
+            }];
             all[0].pose[0] = f64::from(n);
             all
         };
@@ -124,8 +130,10 @@ mod tests {
             SceneEntry::Copy(copy) => copy.ids[0],
         });
         assert_eq!(handles.collect::<Vec<_>>(), [1, 10, 12, 11, 20, 30, 40, 42, 41]);
-        let copies: Vec<_> =
-            entries.iter().filter_map(|entry| if let SceneEntry::Copy(copy) = entry { Some(copy) } else { None }).collect();
+        let copies: Vec<_> = entries
+            .iter()
+            .filter_map(|entry| if let SceneEntry::Copy(copy) = entry { Some(copy) } else { None })
+            .collect();
         assert_eq!((copies[0].copy_of, &*copies[0].alias, &copies[0].ids[..]), (10, "robot_20", &[20, 22, 21][..]));
         assert_eq!((copies[0].poses.len(), copies[0].poses[&0][0], copies[0].scripts[0].id), (1, 20.0, 29));
         assert_eq!(copies[1].poses.keys().collect::<Vec<_>>(), [&0, &1]);

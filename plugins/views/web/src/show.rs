@@ -203,12 +203,14 @@ impl WebState {
                 out.send(OutgoingMessage::Text(self.drawings.last_drawings.clone().into()));
                 guest.drawings_version = self.drawings.drawings_version;
             }
-            let images = guest.images.iter().filter_map(|id| {
-                Some((Subject::Image, *id, readings::image(turn, p, object_id(*id))?))
-            });
-            let graphs = guest.graphs.iter().filter_map(|id| {
-                Some((Subject::Graph, *id, readings::graph(turn, object_id(*id)).ok()?.message()))
-            });
+            let images = guest
+                .images
+                .iter()
+                .filter_map(|id| Some((Subject::Image, *id, readings::image(turn, p, object_id(*id))?)));
+            let graphs = guest
+                .graphs
+                .iter()
+                .filter_map(|id| Some((Subject::Graph, *id, readings::graph(turn, object_id(*id)).ok()?.message())));
             for (subject, id, message) in images.chain(graphs) {
                 if guest.sent.is_new(subject, id, &message) {
                     out.send(message);

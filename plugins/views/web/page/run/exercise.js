@@ -12,6 +12,7 @@ import { call, on, send } from "tatu/net/connection";
 import { edit, editState, isScriptsOnly, setScriptsOnly } from "tatu/scene/edits";
 import { reportError, writeLine } from "tatu/scene/messages";
 import { rights, scene, watch } from "tatu/scene/store";
+import { openScript } from "tatu/documents/script_editor";
 import { isWindowOpen, openWindow, registerWindow, windowClosed } from "tatu/windows/open_windows";
 import { fileNameFor, lastFilm, setFilmAlways } from "tatu/run/film_recorder";
 
@@ -58,7 +59,8 @@ function openExercise() {
   const handInButton = make("button", { type: "button", textContent: t`Hand in`, title: t`Save the scripts, the film of the last run and its goals in one file`, onclick: handIn });
   const changeButton = make("button", { type: "button", textContent: t`Edit`, title: t`Write the task and its goals`, onclick: editExercise });
   const note = make("p", { className: "note" });
-  row.append(handInButton, changeButton);
+  const scriptButton = make("button", { type: "button", textContent: t`Open the script`, title: t`Open the script that the exercise is about`, onclick: openFirstScript });
+  row.append(scriptButton, handInButton, changeButton);
   window.body.append(task, list, note, row);
   refresh = () => {
     task.replaceChildren(...(exercise?.task ?? "").split(/\n\s*\n/).map((text) => make("p", { textContent: text.replaceAll("\n", " ") })));
@@ -71,6 +73,7 @@ function openExercise() {
       return item;
     }));
     note.textContent = isScriptsOnly() ? t`Only scripts can be changed in this exercise.` : "";
+    scriptButton.hidden = scripts().length === 0;
     handInButton.disabled = changeButton.disabled = !rights.canControl;
   };
   function closed() {
@@ -112,7 +115,7 @@ async function editExercise() {
     label.append(make("span", { textContent: name }), input);
     return label;
   };
-  const help = make("p", { className: "note", textContent: t`Examples: Reach the flag: /Robot within 0.3 m of /Flag before 30 s \u00B7 never /Robot touches /Wall \u00B7 /Robot goes 5 m \u00B7 /Pole object.position.z > 0.8 for 5 s` });
+  const help = make("p", { className: "note", textContent: t`Examples: Reach the flag: /Robot within 0.3 m of /Flag before 30 s \u00B7 never /Robot touches /Wall if goal 1 \u00B7 never /Robot jumps \u00B7 /Robot goes 5 m \u00B7 /Pole object.position.z > 0.8 for 5 s` });
   const content = [field(t`Task`, task), field(t`Goals, one in a line`, lines), help, field(t`Students may change`, changeSelect)];
   const chosen = await choose(mark("Exercise"), content, [mark("Take into the scene"), mark("Cancel")], () => task.focus());
   if (chosen !== "Take into the scene") return;
@@ -199,6 +202,27 @@ function scripts() {
   return [...scene.scripts, ...objects.flatMap((o) => o.scripts ?? [])];
 }
 
+/** Opens the first script of the scene that is not that of the exercise. */
+function openFirstScript() {
+  const [first] = scripts();
+  if (first) openScript(first);
+}
+
+const NAME_KEY = "tatu student";
+/** Asks for the name of the student. Returns a promise of the name, or of null if the student cancels. */
+async function askName() {
+  const input = make("input", { type: "text", className: "wide", value: localStorage.getItem(NAME_KEY) ?? "", maxLength: 80, autocomplete: "name" });
+  input.setAttribute("aria-label", t`Your name`);
+  const explanation = make("p", { textContent: t`The file to hand in contains your name, the scripts, the film of the last run and its goals.` });
+  const chosen = await choose(mark("Your name"), [explanation, input], [mark("Hand in"), mark("Cancel")], () => input.focus());
+  if (chosen !== "Hand in") return null;
+  localStorage.setItem(NAME_KEY, input.value.trim());
+  return input.value.trim();
+}
+
+/** Returns a text as a part of a file name. @param {string} text */
+const fileNamePart = (text) => text.replace(/[^\p{L}\p{N}._-]+/gu, "_").replace(/^[_.]+|[_.]+$/g, "");
+
 /** Saves a student's work as a zip file with the scripts, and the film and goals of the last run. */
 async function handIn() {
   const film = editState.state === "stopped" ? await lastFilm() : null;
@@ -206,6 +230,8 @@ async function handIn() {
     writeLine("Status", t`There is nothing to hand in yet: run the simulation, and stop it, first`, "warning");
     return;
   }
+  const student = await askName();
+  if (student === null) return;
   try {
     const encoder = new TextEncoder();
     /** @type {{ name: string, bytes: Uint8Array<ArrayBuffer> }[]} */
@@ -213,16 +239,18 @@ async function handIn() {
     /** @type {{ [file: string]: string }} */
     const list = {};
     for (const script of scripts()) {
-      const baseName = (script.name || script.kind).replace(/[^\p{L}\p{N}._-]+/gu, "_").replace(/^_+|\.lua$/g, "") || "script";
+      const baseName = fileNamePart(script.name || script.kind).replace(/\.lua$/, "") || "script";
       const name = [baseName, ...Array.from({ length: 99 }, (_, i) => `${baseName}_${i + 2}`)].map((n) => `scripts/${n}.lua`).find((n) => !list[n]) ?? "";
       list[name] = script.name;
       files.push({ name, bytes: encoder.encode(await textOf(script)) });
     }
-    const summary = { scene: scene.file.split(/[\\/]/).pop(), when: new Date().toISOString(), changed: areLimitsLifted ? "everything" : "scripts", goals, scripts: list };
+    const decided = goals.map((goal) => ({ ...goal, time: Number(goal.time.toFixed(6)) }));
+    const summary = { student, scene: scene.file.split(/[\\/]/).pop(), when: new Date().toISOString(), changed: areLimitsLifted ? "everything" : "scripts", goals: decided, scripts: list };
     files.unshift({ name: "exercise.json", bytes: encoder.encode(`${JSON.stringify(summary, null, 2)}\n`) });
     files.push({ name: "film.html", bytes: new Uint8Array(await film.arrayBuffer()) });
-    download(new Blob([pack(files)], { type: "application/zip" }), fileNameFor("_handed_in.zip"));
-    writeLine("Status", t`${fileNameFor("_handed_in.zip")}: ${files.length} files`);
+    const name = fileNameFor(`_handed_in${student ? `_${fileNamePart(student)}` : ""}.zip`);
+    download(new Blob([pack(files)], { type: "application/zip" }), name);
+    writeLine("Status", t`${name} is in the downloads of your browser: give it to your teacher`);
   } catch (thrown) {
     reportError(thrown);
   }

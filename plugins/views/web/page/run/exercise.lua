@@ -63,6 +63,19 @@ local conditions = {
             return now
         end
     end},
+    {'^(/%S+) jumps$', function(line, a)
+        a = object(a, line)
+        local last, speed = position(a), 0
+        return function()
+            local now, velocity = position(a), sim.getObjectVelocity(a)
+            local before = speed
+            speed = distance(velocity, {0, 0, 0})
+            local way = distance(now, last)
+            last = now
+            -- A body moves by its velocity times the time step; the factor and the margin allow for collisions.
+            return way > 0.05 + 3 * math.max(before, speed) * sim.getSimulationTimeStep()
+        end
+    end},
     {'^(/%S+) ([%l_]+%.[%l_]+)%.?([xyz]?) ([<>]) (-?[%d.]+)$', function(line, a, key, part, sign, bound)
         a, bound = object(a, line), amount(bound, line)
         local index = part ~= '' and part:byte() - ('x'):byte() + 1
@@ -82,7 +95,7 @@ local conditions = {
     end},
 }
 
--- Parses the line of a goal: `[TEXT:] [never] CONDITION [for S s] [before S s]`.
+-- Parses the line of a goal: `[TEXT:] [never] CONDITION [for S s] [before S s] [if goal N]`.
 local function read(line)
     local text, rest = line:match('^(.*):%s+(.+)$')
     local goal = {text = text or line, state = 'open', since = nil}
@@ -92,6 +105,7 @@ local function read(line)
         rest = before or rest
         return number and amount(number, line)
     end
+    goal.requires = take('^(.-)%s+if goal (%d+)$')
     goal.before = take('^(.-)%s+before ([%d.]+) s$')
     goal.during = take('^(.-)%s+for ([%d.]+) s$')
     local kept = rest:match('^never%s+(.+)$')
@@ -104,22 +118,39 @@ local function read(line)
         end
     end
     error('the goal "' .. line .. '" cannot be read: expected a condition such as "/Robot within 0.3 m of /Flag before 30 s", '
-        .. '"never /Robot touches /Wall", "/Robot goes 5 m" or "/Pole object.position.z > 0.8 for 5 s"', 0)
+        .. '"never /Robot touches /Wall", "never /Robot jumps", "/Robot goes 5 m" or "/Pole object.position.z > 0.8 for 5 s"', 0)
 end
 
 local function tell()
     local all = {}
     for i, goal in ipairs(goals) do
-        all[i] = {text = goal.text, state = goal.state, time = goal.time or -1}
+        all[i] = {text = goal.text, state = goal.state, time = goal.state ~= 'open' and goal.time or -1}
     end
     tatu.emit('exercise.goals', {goals = all})
 end
 
+-- Decides a goal. A goal that requires another one waits until that one is reached. If the other one is reached only at
+-- the end, as with `never`, the goal counts as reached unless the other one fails later.
 local function ends(goal, state)
+    local required = goal.requires and goals[goal.requires]
+    goal.time = goal.time or now
+    if state == 'reached' and required then
+        goal.waits = required.state == 'open' and not required.never
+        if goal.waits then
+            return
+        elseif required.state == 'failed' then
+            state = 'failed'
+        end
+    end
     goal.state = state
-    goal.time = now
     sim.addLog(sim.verbosity_scriptinfos, string.format('%s at %.2f s: %s', state, goal.time, goal.text))
     tell()
+    for _, other in ipairs(goals) do
+        if goals[other.requires] == goal and (other.waits or other.state == 'reached' and state == 'failed') then
+            other.time = now
+            ends(other, state)
+        end
+    end
 end
 
 function sysCall_init()
@@ -131,13 +162,18 @@ function sysCall_init()
             goals[#goals + 1] = read(line)
         end
     end
+    for i, goal in ipairs(goals) do
+        if goal.requires and (not goals[goal.requires] or goal.requires >= i) then
+            error('the goal "' .. goal.text .. '": expected the number of an earlier goal after "if goal"', 0)
+        end
+    end
     tell()
 end
 
 function sysCall_sensing()
     now = sim.getSimulationTime() + sim.getSimulationTimeStep()
     for _, goal in ipairs(goals) do
-        if goal.state == 'open' then
+        if goal.state == 'open' and not goal.waits then
             if goal.holds() then
                 goal.since = goal.since or now
                 if now - goal.since >= (goal.during or 0) - 1e-9 then
@@ -146,7 +182,7 @@ function sysCall_sensing()
             else
                 goal.since = nil
             end
-            if goal.state == 'open' and goal.before and now >= goal.before - 1e-9 then
+            if goal.state == 'open' and not goal.waits and goal.before and now >= goal.before - 1e-9 then
                 ends(goal, goal.never and 'reached' or 'failed')
             end
         end
@@ -155,7 +191,7 @@ end
 
 function sysCall_cleanup()
     for _, goal in ipairs(goals or {}) do
-        if goal.state == 'open' then
+        if goal.state == 'open' and not goal.waits then
             -- A condition that must never be met has not been met by the end of the run, so its goal is reached.
             ends(goal, goal.never and 'reached' or 'failed')
         end

@@ -164,7 +164,7 @@ const DEFAULT_DIRECTION = new THREE.Vector3(-0.55, -0.65, 0.5).normalize();
 const MARGIN = 1.15;
 
 /** Ratio of the size of the visible region of a new scene to that of its robots, and least ratio to that of the scene. */
-const [ROBOT_MARGIN, SCENE_SHARE] = [1.6, 0.5];
+const [ROBOT_MARGIN, SCENE_SHARE] = [1.6, 0.8];
 
 /** Returns the object without a parent that is above an object, or the object itself. @param {SceneObject} object */
 function rootOf(object) {
@@ -185,12 +185,12 @@ function robotBounds() {
   return box;
 }
 
-/** Shows a new scene: its robots in the middle, and at least half of their surroundings. */
+/** Shows a new scene, nearer to its robots than to the rest. */
 function fitScene() {
   const [robots, all] = [robotBounds(), bounds()];
   if (robots.isEmpty() || all.isEmpty()) return fit();
   const size = Math.max(ROBOT_MARGIN * robots.getSize(new THREE.Vector3()).length(), SCENE_SHARE * all.getSize(new THREE.Vector3()).length());
-  fitSphere(robots.getCenter(new THREE.Vector3()), size / 2);
+  fitSphere(robots.getCenter(new THREE.Vector3()).lerp(all.getCenter(new THREE.Vector3()), 0.5), size / 2);
 }
 
 /**

@@ -8,7 +8,9 @@ mod sensor_data;
 mod to_page;
 
 pub(crate) use from_page::{FromPage, RunAction, WatchedValue};
-pub(crate) use object::{Joint, ModelCopy, ReadingSchema, SceneEntry, SceneObject, Script, SensorVolume, Texture, VisiblePart};
+pub(crate) use object::{
+    Joint, ModelCopy, ReadingSchema, SceneEntry, SceneObject, Script, SensorVolume, Texture, VisiblePart,
+};
 pub(crate) use sensor_data::{
     BodyMark, ContactMark, CurvePoints, Drawing, Reading, ReadingMap, StreamSamples, WatchSample,
 };
