@@ -34,6 +34,8 @@ pub enum Command {
     Pack(PackArgs),
     /// Unpack a packed scene into a folder.
     Unpack(UnpackArgs),
+    /// Repeat a recorded run: report whether it is the same, or where it differs.
+    Verify(VerifyArgs),
     /// Import a robot or scene of another format: report what was taken, assumed and left out, and write it as a model.
     Import(ImportArgs),
     /// Export a robot or a scene to a URDF or MJCF file, with its meshes in files next to it: report what it cannot hold.
@@ -163,6 +165,13 @@ pub struct InputLogArgs {
     /// Record all outside input in a file, with everything needed for a replay.
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
+    /// Record the run in a file that `tatu verify` repeats and that can be opened like a scene: the packed scene, all
+    /// outside input, and the hash of every step. Its name must end with `.tatu`.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["log", "replay", "from", "reload", "stand_ins"])]
+    pub capsule: Option<PathBuf>,
+    /// Put this file into the record too, which must be below the folder of the scene: data that scripts read.
+    #[arg(long = "capsule-file", value_name = "FILE", requires = "capsule")]
+    pub capsule_files: Vec<PathBuf>,
     /// Replay an input log; no scene is needed, and no service is started.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "seed", "set", "scripts", "services", "addons", "no_addons", "without"])]
     pub replay: Option<PathBuf>,
@@ -265,6 +274,10 @@ pub struct ServeArgs {
     /// Record the actions of clients on the first scene, up to its first stop, for `tatu run --replay`.
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
+    /// Record the first scene, up to its first stop, in a file that `tatu verify` repeats and that can be opened like a
+    /// scene. Its name must end with `.tatu`.
+    #[arg(long, value_name = "FILE", conflicts_with = "log")]
+    pub capsule: Option<PathBuf>,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,
@@ -320,6 +333,34 @@ pub struct UnpackArgs {
     /// The folder to write, which must be empty or absent [default: the name of the file without its suffix].
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub struct VerifyArgs {
+    /// The recorded run, which `--capsule` of `tatu run`, `tatu serve` or `tatu open` has written.
+    pub file: PathBuf,
+    /// Grant permissions that the scene requests: see `tatu run --help`.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = permission)]
+    pub allow: Vec<String>,
+    /// Set parameters of a script language: `ID:KEY=VALUE,KEY=VALUE`.
+    #[arg(long = "language", value_name = "ID:KEY=VALUE")]
+    pub languages: Vec<String>,
+    /// Number of threads; the results do not depend on it.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: u16,
+    /// Print the result in JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
+}
+
+impl VerifyArgs {
+    /// The changes to the scene that do not change its run.
+    pub fn changes(&self) -> SceneChanges {
+        SceneChanges { allow: self.allow.clone(), languages: self.languages.clone(), ..SceneChanges::default() }
+    }
 }
 
 #[derive(clap::Args)]

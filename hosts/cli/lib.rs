@@ -5,6 +5,7 @@ mod args;
 mod card;
 mod commands;
 mod graphs;
+mod hashes;
 mod plot;
 mod scripts;
 mod state;
@@ -36,6 +37,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Convert(convert) => commands::convert::convert(&convert),
         args::Command::Pack(pack) => commands::pack::pack(&pack),
         args::Command::Unpack(unpack) => commands::pack::unpack(&unpack),
+        args::Command::Verify(verify) => commands::verify::verify(&verify),
         args::Command::Import(import) => commands::import::import(&import),
         args::Command::Export(export) => commands::export::export(&export),
         args::Command::Describe(describe) => commands::describe::describe(&describe),

@@ -129,7 +129,8 @@ impl LockFile {
         document.to_string()
     }
 
-    fn parse(file: &Path, text: &str) -> Result<Self, Error> {
+    /// Reads the text of a lock file. Fails with E100 if it is not one.
+    pub fn parse(file: &Path, text: &str) -> Result<Self, Error> {
         let damaged = |why: String| {
             let text = format!("{} is not a lock file: {why}", file.display());
             Error::new("E100", text).help("write it again: `tatu lock SCENE`")
@@ -162,8 +163,8 @@ impl LockFile {
         })
     }
 
-    /// Describes each difference in one line.
-    fn differences(&self, now: &LockFile) -> Vec<String> {
+    /// Describes each difference in one line, which begins with `locked`, `plugin`, `model` or `file`.
+    pub fn differences(&self, now: &LockFile) -> Vec<String> {
         let mut out = Vec::new();
         if self.tatu != now.tatu {
             out.push(format!("locked with tatu {}, but this is tatu {}", self.tatu, now.tatu));

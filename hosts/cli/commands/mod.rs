@@ -1,5 +1,6 @@
 //! The commands of the program, one file each, and the code that they share, which loads plugins and scenes.
 
+mod capsule;
 pub mod check;
 pub mod convert;
 pub mod describe;
@@ -17,6 +18,7 @@ pub mod run;
 pub mod serve;
 pub mod subcommand;
 pub mod sweep;
+pub mod verify;
 
 use std::{path::Path, sync::Arc};
 

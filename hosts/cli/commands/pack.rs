@@ -24,7 +24,7 @@ use crate::args::{PackArgs, UnpackArgs};
 /// The folder for scripts, meshes and images in a packed scene.
 const FILES_FOLDER: &str = "files";
 /// The record of plugins and files in a packed scene, which `tatu lock --check` compares.
-const LOCK_NAME: &str = "scene.lock";
+pub const LOCK_NAME: &str = "scene.lock";
 /// How deep modules may be below the folder of a script.
 const MAX_MODULE_DEPTH: usize = 4;
 
@@ -62,34 +62,52 @@ pub fn unpack(args: &UnpackArgs) -> ExitCode {
 }
 
 fn packed(args: &PackArgs) -> Result<(), Error> {
-    if !pack::is_pack(&args.output) {
-        let error = Error::new("E105", format!("cannot write {}", args.output.display()));
-        return Err(error.expected(format!("a name that ends with `.{PACK_SUFFIX}`, as the names of packed scenes do")));
-    }
+    check_name(&args.output)?;
     let watchdog = Watchdog::start(args.watchdog, false);
     let registry = super::registry(Some(&args.scene), &SourceFiles::default(), &args.changes, &watchdog)?;
     let document = super::load(&args.scene, &args.changes.options(&[])?, &registry)?;
-    let written = document::write(&document, &registry, FILES_FOLDER)?;
+    let files = files_of(&args.scene, &document, &registry, &args.files)?;
+    warn_of_private_paths(&args.scene, &files);
+    pack::write(&args.output, &files)?;
+    report::out!("{}: {} objects, {} files", args.output.display(), document.objects.len(), files.len());
+    Ok(())
+}
+
+/// Fails with E105 if a file does not have the suffix of packed scenes.
+pub fn check_name(output: &Path) -> Result<(), Error> {
+    if pack::is_pack(output) {
+        return Ok(());
+    }
+    let error = Error::new("E105", format!("cannot write {}", output.display()));
+    Err(error.expected(format!("a name that ends with `.{PACK_SUFFIX}`, as the names of packed scenes do")))
+}
+
+/// Returns the names and contents of the files of a packed scene. `added` are files that its scripts read, below the
+/// folder of `scene`.
+pub fn files_of(
+    scene: &Path,
+    document: &Arc<Document>,
+    registry: &Arc<Registry>,
+    added: &[PathBuf],
+) -> Result<Vec<(String, Vec<u8>)>, Error> {
+    let written = document::write(document, registry, FILES_FOLDER)?;
     for what in &written.left_out {
         report::note(&format!("`{what}` is omitted: a scene file cannot express it"));
     }
     let mut files = vec![(PACKED_SCENE.to_owned(), written.text.into_bytes())];
     files.extend(written.files);
-    files.extend(modules(&document));
-    for file in &args.files {
-        files.push(added_file(&args.scene, file)?);
+    files.extend(modules(document));
+    for file in added {
+        files.push(added_file(scene, file)?);
     }
     files.sort();
     if let Some(twice) = files.windows(2).find(|two| two[0].0 == two[1].0) {
         let error = Error::new("E105", format!("cannot pack two files named `{}`", twice[0].0));
         return Err(error.help("rename one of them"));
     }
-    let lock = verified(&files, &document, &registry)?;
+    let lock = verified(&files, document, registry)?;
     files.push((LOCK_NAME.to_owned(), lock.into_bytes()));
-    warn_of_private_paths(&args.scene, &files);
-    pack::write(&args.output, &files)?;
-    report::out!("{}: {} objects, {} files", args.output.display(), document.objects.len(), files.len());
-    Ok(())
+    Ok(files)
 }
 
 /// Loads what will be packed, and compares it with the scene. Returns the record of what it uses.
@@ -184,7 +202,7 @@ fn folder_of(file: &Path) -> &Path {
 }
 
 /// Warns about texts that name the user's folder or that of the scene: they reveal it, and would not be found elsewhere.
-fn warn_of_private_paths(scene: &Path, files: &[(String, Vec<u8>)]) {
+pub fn warn_of_private_paths(scene: &Path, files: &[(String, Vec<u8>)]) {
     let folder = fs::canonicalize(folder_of(scene)).ok();
     let home = env::var_os("HOME").or_else(|| env::var_os("USERPROFILE")).map(PathBuf::from);
     // The root of the file system and `/root` begin too many paths that reveal nothing.

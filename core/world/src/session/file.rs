@@ -103,18 +103,24 @@ impl InputLogHeader {
             Ok(text) => LoggedFile { path, text: Some(text.to_owned()), bytes: None },
             Err(_) => LoggedFile { path, text: None, bytes: Some(STANDARD.encode(&bytes)) },
         });
+        let scene = document.file.clone().unwrap_or_default();
+        InputLogHeader { seed, set, scripts, files: files.collect(), ..Self::of_pack(&scene, registry) }
+    }
+
+    /// Creates the header for a run of a packed scene, which contains all files and the changes of the command line.
+    pub fn of_pack(scene: &Path, registry: &Registry) -> Self {
         InputLogHeader {
             tatu_input_log: FORMAT_VERSION,
             tatu: env!("CARGO_PKG_VERSION").to_owned(),
-            scene: document.file.clone().unwrap_or_default(),
-            seed,
-            set,
-            scripts,
+            scene: scene.to_owned(),
+            seed: None,
+            set: Vec::new(),
+            scripts: Vec::new(),
             stand_ins: None,
             addons: Vec::new(),
             session: false,
             plugins: versions(registry),
-            files: files.collect(),
+            files: Vec::new(),
         }
     }
 

@@ -37,6 +37,7 @@ use clock::{RunClock, RunTimes};
 use pace::RunPace;
 use tatu_terminal::{Watchdog, report};
 
+use super::capsule::{Capsule, without_folders};
 use crate::{
     addons,
     args::RunArgs,
@@ -74,6 +75,8 @@ struct ReadyRun {
     session: Option<Session>,
     /// The input log, if one is written.
     log: Option<InputLogFile>,
+    /// The record of the run, if one is written.
+    capsule: Option<Capsule>,
     /// Number of steps; `None`: run until stopped.
     steps: Option<u64>,
     /// Number of steps and hash at the end of the replayed run, if its log contains them.
@@ -160,7 +163,14 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
         };
         file::InputLogWriter::create(path, &header)
     });
-    let log = log.transpose()?.map(|log| write_log(&world, log));
+    let mut log = log.transpose()?.map(|log| write_log(&world, log));
+    let mut capsule = None;
+    if let Some(output) = &args.input_log.capsule {
+        let added = &args.input_log.capsule_files;
+        let (begun, inputs) = Capsule::begin(output, scene, (&document, &registry), added, false)?;
+        refuse_addons(&addons)?;
+        (capsule, log) = (Some(begun), Some(write_log(&world, inputs)));
+    }
     world.input_log_mut().store_records(!args.snapshots.snapshot_at.is_empty());
     let of_log = replay.as_ref().map(file::RecordedRun::steps);
     let steps = match (args.length.steps, args.length.seconds, of_log) {
@@ -180,7 +190,18 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
             false => world.attach_log(log.records.into()),
         }
     }
-    Ok(ReadyRun { world, registry, session, log, steps, logged, one_more_barrier, snapshots, reload })
+    Ok(ReadyRun { world, registry, session, log, capsule, steps, logged, one_more_barrier, snapshots, reload })
+}
+
+/// Fails with E105 if add-ons run: a record does not contain them.
+fn refuse_addons(addons: &addons::StartedAddons) -> Result<(), Error> {
+    let entries = addons.entries();
+    let names: Vec<&str> = entries.iter().map(|addon| addon.name.as_str()).collect();
+    if names.is_empty() {
+        return Ok(());
+    }
+    let error = Error::new("E105", format!("cannot record a run with add-ons: {}", names.join(", ")));
+    Err(error.help("run it without them, `--no-addons`; or record only its input: `--log FILE`"))
 }
 
 fn no_scene() -> Error {
@@ -213,7 +234,8 @@ fn report_log(log: &file::RecordedRun, registry: &Registry) {
 const INTERRUPTED_EXIT_CODE: i32 = 130;
 
 fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<ExitCode, Error> {
-    let ReadyRun { world, registry, session, log, steps, logged, one_more_barrier, snapshots, mut reload } = ready;
+    let ReadyRun { world, registry, session, log, mut capsule, steps, logged, one_more_barrier, snapshots, mut reload } =
+        ready;
     let mut reloads = 0;
     let mut trace = Trace::open(args.records.trace.as_deref(), &args.records.watch, args.hashes, &world)?;
     // Reading keys from a pipe without a writer blocks. The Ctrl-C handler is installed only afterwards, so that Ctrl-C
@@ -243,6 +265,7 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
         check_strict()?;
     }
     bar.set_position(world.steps());
+    capsule.iter_mut().for_each(|capsule| capsule.step(&world));
     let mut snapshots = snapshots;
     let mut unwritten = snapshots.write(&world);
     let mut begun = false;
@@ -271,6 +294,7 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
         report_pass(args, &world, &bar, &mut trace, watchdog, begun, false);
         if !begun {
             bar.inc(1);
+            capsule.iter_mut().for_each(|capsule| capsule.step(&world));
             unwritten.extend(snapshots.write(&world));
         }
     }
@@ -304,7 +328,10 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
     if let Some(Err(e)) = saved {
         report::report_lost_output(&e);
     }
-    let opened = world.files_opened();
+    let mut opened = world.files_opened();
+    if capsule.is_some() {
+        opened = without_folders(&opened);
+    }
     let stand_ins = args.stand_in_script.stand_ins.then(|| standins::summarize(&world));
     // Passes in which scripts are notified of the stop are not counted as steps.
     world.request_stop();
@@ -324,6 +351,10 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
     if let Some(Err(e)) = log.and_then(|log| log.take()).map(|log| log.end(done, begun, &opened, hash.total)) {
         report::report_lost_output(&e);
     }
+    let recorded = capsule.map(Capsule::write).transpose();
+    if let Err(e) = &recorded {
+        report::report_lost_output(e);
+    }
     let faults = world.faults();
     let ran = RunResult { steps: done, time, times, reloads: reload.is_some().then_some(reloads), stand_ins };
     print_summary(args, &ran, &hash, objects, &faults, (scripts, parts));
@@ -336,7 +367,8 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
         && (!args.ending.strict || report::warnings().is_empty())
         && badly_ended.is_empty()
         && unwritten.is_empty()
-        && undrawn.is_empty();
+        && undrawn.is_empty()
+        && recorded.is_ok();
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
