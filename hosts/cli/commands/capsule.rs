@@ -50,8 +50,8 @@ impl Capsule {
         let files = files_of(scene, document, registry, added)?;
         let folder = tempfile::tempdir()
             .map_err(|e| Error::new("E105", format!("cannot create a temporary folder for the record: {e}")))?;
-        let header =
-            InputLogHeader { session: is_session, ..InputLogHeader::of_pack(Path::new(PACKED_SCENE), registry) };
+        let mut header = InputLogHeader::of_pack(Path::new(PACKED_SCENE), registry);
+        header.session = is_session;
         let log = InputLogWriter::create(&folder.path().join("inputs.jsonl"), &header)?;
         let (output, scene, hashes) = (output.to_owned(), scene.to_owned(), RunHashes::default());
         Ok((Capsule { output, scene, files, folder, hashes }, log))

@@ -1,13 +1,12 @@
 //! `tatu verify`: repeats a recorded run, and reports whether it is the same.
 
-use std::{fmt::Write as _, path::Path, process::ExitCode, sync::Arc};
+use std::{fmt::Write as _, path::Path, process::ExitCode};
 
 use serde_json::json;
 use tatu_core::{
     World,
     document::{LoadOptions, SourceFiles},
     errors::{Error, SourceLocation},
-    plugins::Registry,
     session::file::{self, RecordedRun},
 };
 use tatu_embed::pack;
@@ -153,7 +152,7 @@ fn describe(dt: f64, first: u64, step: u64, objects: &[String]) -> String {
 fn report_unverified(differences: &[String], log: &RecordedRun) {
     let plugins: Vec<&str> = differences.iter().filter_map(|text| text.strip_prefix("plugin ")).collect();
     let other = plugins.iter().filter(|text| !text.ends_with(": is new"));
-    let (changed, versions): (Vec<_>, Vec<_>) = other.partition(|text| text.ends_with("contents have changed"));
+    let (changed, versions): (Vec<&&str>, Vec<&&str>) = other.partition(|text| text.ends_with("contents have changed"));
     for text in versions {
         report::note(&format!("not verified: plugin {text}"));
     }
