@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use tatu_errors::Error;
+use tatu_errors::{Error, nearest};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{ParameterSpec, Registry, check_value, schemas};
@@ -139,6 +139,14 @@ impl Registry {
         }
         for (e, plugin) in self.events.iter().filter_map(|e| Some((e, e.plugin?))) {
             add(plugin, format!("the event `{}`", e.name), parameters(&e.fields, false));
+        }
+        for listener in &self.listeners {
+            let unknown = listener.names.iter().filter(|name| !self.is_event(name)).map(|name| {
+                let near = nearest(name, self.events.iter().map(|e| e.name.as_str()));
+                let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+                format!("it listens to the event `{name}`, which does not exist{near}")
+            });
+            all.extend(unknown.map(|text| (listener.plugin, text)));
         }
         for (plugin, text) in all {
             let p = &self.plugins[plugin];

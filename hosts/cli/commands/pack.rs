@@ -159,7 +159,9 @@ fn modules(document: &Document) -> Vec<(String, Vec<u8>)> {
 
 /// Calls `found` with the files below a folder, relative to it, in order of their names.
 fn list(folder: &Path, within: &Path, depth: usize, found: &mut impl FnMut(PathBuf)) {
-    let mut entries: Vec<_> = fs::read_dir(folder.join(within)).into_iter().flatten().flatten().collect();
+    // The folder of a file without one is the working folder.
+    let place = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let mut entries: Vec<_> = fs::read_dir(place.join(within)).into_iter().flatten().flatten().collect();
     entries.sort_by_key(fs::DirEntry::file_name);
     for entry in entries {
         let name = within.join(entry.file_name());

@@ -20,7 +20,10 @@ use tatu_core::{
 };
 use tatu_plugin_api::abi::*;
 
-use super::run::{InputLogFile, write_log};
+use super::{
+    capsule::{Capsule, without_folders},
+    run::{InputLogFile, write_log},
+};
 use tatu_terminal::{Watchdog, report};
 
 use crate::{
@@ -129,8 +132,8 @@ fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<Ex
         world.set_scene_reader(scene_reader(args, text, scene.clone(), &registry));
         world.set_interactive(true);
         session.join(&world);
-        if let Some(file) = args.log.as_deref().filter(|_| log.is_none()) {
-            log = Some(SessionLog::create(file, args, &world)?);
+        if log.is_none() {
+            log = SessionLog::create(args, scene.as_deref(), &world)?;
         }
         let next = run_scene(args, &world, &session, (&interrupted, &mut log), starts);
         log.iter_mut().for_each(|log| log.end(&world));
@@ -240,6 +243,7 @@ fn run_scene(
 /// Runs the simulation from a start to the next stop.
 fn run(args: &ServeArgs, world: &World, (interrupted, log): (&AtomicBool, &mut Option<SessionLog>)) {
     world.start();
+    log.iter_mut().for_each(|log| log.step(world));
     let began = Instant::now();
     while world.phase() != Phase::Stopped {
         if interrupted.load(Ordering::Relaxed) {
@@ -253,7 +257,11 @@ fn run(args: &ServeArgs, world: &World, (interrupted, log): (&AtomicBool, &mut O
                 std::thread::sleep(left.min(MAX_WAIT));
             }
         }
+        let before = world.steps();
         world.step();
+        if world.steps() > before {
+            log.iter_mut().for_each(|log| log.step(world));
+        }
         if world.stop_requested() {
             log.iter_mut().for_each(|log| log.end(world));
         }
@@ -262,22 +270,47 @@ fn run(args: &ServeArgs, world: &World, (interrupted, log): (&AtomicBool, &mut O
 }
 
 /// The input log of the first scene, until its first stop.
-struct SessionLog(InputLogFile);
+struct SessionLog {
+    inputs: InputLogFile,
+    /// The record of the run, of which the log is a part.
+    capsule: Option<Capsule>,
+}
 
 impl SessionLog {
-    fn create(file: &Path, args: &ServeArgs, world: &World) -> Result<Self, Error> {
-        let c = &args.changes;
-        let mut header =
-            InputLogHeader::new(&world.document(), &world.registry(), c.seed, c.set.clone(), c.scripts.clone());
-        header.session = true;
-        let log = write_log(world, InputLogWriter::create(file, &header)?);
+    /// Begins the log that the arguments request, if they do.
+    fn create(args: &ServeArgs, scene: Option<&Path>, world: &World) -> Result<Option<Self>, Error> {
+        let (document, registry) = (world.document(), world.registry());
+        let (writer, capsule) = match (&args.log, &args.capsule) {
+            (Some(file), _) => {
+                let c = &args.changes;
+                let mut header = InputLogHeader::new(&document, &registry, c.seed, c.set.clone(), c.scripts.clone());
+                header.session = true;
+                (InputLogWriter::create(file, &header)?, None)
+            }
+            (None, Some(output)) => {
+                let scene = scene.unwrap_or(Path::new(EMPTY_SCENE_FILE));
+                let (capsule, writer) = Capsule::begin(output, scene, (&document, &registry), &[], true)?;
+                (writer, Some(capsule))
+            }
+            (None, None) => return Ok(None),
+        };
+        let inputs = write_log(world, writer);
         world.input_log_mut().include_session();
-        Ok(SessionLog(log))
+        Ok(Some(SessionLog { inputs, capsule }))
+    }
+    /// Records the hashes after a step, or after the start.
+    fn step(&mut self, world: &World) {
+        self.capsule.iter_mut().for_each(|capsule| capsule.step(world));
     }
     /// Writes the end of the log; further calls do nothing.
     fn end(&mut self, world: &World) {
-        let Some(log) = self.0.borrow_mut().take() else { return };
-        if let Err(e) = log.end(world.steps(), true, &world.files_opened(), world.hash().total) {
+        let Some(log) = self.inputs.borrow_mut().take() else { return };
+        let mut opened = world.files_opened();
+        if self.capsule.is_some() {
+            opened = without_folders(&opened);
+        }
+        let written = log.end(world.steps(), true, &opened, world.hash().total);
+        if let Err(e) = written.and_then(|()| self.capsule.take().map_or(Ok(()), Capsule::write)) {
             report::report_lost_output(&e);
         }
     }

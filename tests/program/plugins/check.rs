@@ -328,3 +328,17 @@ fn the_error_of_a_call_is_the_last_error_of_its_world() {
         assert!(line.starts_with('-') && line.contains(told), "{called}: {}\n{}", done.out, done.err);
     }
 }
+
+#[test]
+fn events_that_do_not_exist_are_reported_when_a_plugin_loads() {
+    let code = "static tatu_status TATU_CALL heard(void *s, void *i, void *b, tatu_world *w, tatu_str n, const tatu_value *p, tatu_error *e) {
+           (void)s, (void)i, (void)b, (void)w, (void)n, (void)p, (void)e;
+           return TATU_OK;
+         }";
+    let place = plugin(code, "TATU_LISTENS(heard, \"separated\", \"mine.own\", \"*\", \"contact\")", &[]);
+    place.write("scene.toml", "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"d\"\n");
+    let told = run(program(), place.path(), &["run", "scene.toml", "--steps", "1"], &[("TATU_PLUGIN_PATH", "mine")]);
+    let all = format!("{}{}", told.out, told.err);
+    assert!(all.contains("E310") && all.contains("the event `separated`, which does not exist"), "{all}");
+    assert!(all.matches("which does not exist").count() == 1, "{all}");
+}

@@ -136,7 +136,7 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
         .current_dir(place.path())
         .env_remove("TATU_PLUGIN_PATH")
-        .args(["run", "scene.toml", "--log", "log.jsonl", "--realtime"])
+        .args(["run", "scene.toml", "--capsule", "run.tatu", "--realtime"])
         .args([
             "--service",
             "jsonl:port=0,wait_for=1",
@@ -181,9 +181,10 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     err.read_to_string(&mut live).unwrap();
     process.wait().unwrap();
     let hash = |text: &str| text.split("hash ").nth(1).unwrap_or_else(|| panic!("{text}"))[..16].to_owned();
-    let again = place.tatu(&["run", "--replay", "log.jsonl"]);
-    assert_eq!(hash(&live), hash(&again.err));
-    let log = std::fs::read_to_string(place.path().join("log.jsonl")).unwrap();
+    let again = place.tatu(&["verify", "run.tatu"]).good();
+    assert!(again.out.starts_with("same: ") && again.out.contains(&hash(&live)), "{}{}", again.out, again.err);
+    place.tatu(&["unpack", "run.tatu"]).good();
+    let log = place.read("run/run/inputs.jsonl");
     assert!(log.contains("steers"), "the service in C did nothing");
     assert!(log.contains("tatu.drive"), "no velocity arrived before the others exited");
 }

@@ -328,8 +328,29 @@ fn any_edited_scene_can_be_read_again() {
 #[test]
 fn a_session_with_edits_is_replayed() {
     let place = place();
-    let log = place.path().join("session.log");
-    let mut e = SceneEditor::open(&place, &["--log", &log.display().to_string()]);
+    edited_session(&place, "--log", "session.log", |place| {
+        fs::read_to_string(place.path().join("session.log")).is_ok_and(|t| t.contains("\"end\":"))
+    });
+    let text = place.read("session.log");
+    let end: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert!(end["end"].as_u64().unwrap() > 20, "{end}");
+    let replayed = place.tatu(&["run", "--replay", "session.log", "--json"]);
+    assert!(replayed.out.contains(end["hash"].as_str().unwrap()), "{}\n{}", replayed.out, replayed.err);
+    assert!(!replayed.err.contains("E504"), "{}", replayed.err);
+}
+
+/// A recorded session is repeated from the scene as it was opened.
+#[test]
+fn a_recorded_session_with_edits_is_the_same() {
+    let place = place();
+    edited_session(&place, "--capsule", "session.tatu", |place| place.path().join("session.tatu").exists());
+    let verified = place.tatu(&["verify", "session.tatu"]).good();
+    assert!(verified.out.starts_with("same: "), "{}{}", verified.out, verified.err);
+}
+
+/// Serves the scene of `place`, edits it, runs it for some steps, and stops it. Returns when `is_written` holds.
+fn edited_session(place: &TestFolder, option: &str, file: &str, is_written: impl Fn(&TestFolder) -> bool) {
+    let mut e = SceneEditor::open(place, &[option, &place.path().join(file).display().to_string()]);
     let cup = e.find("/table/cup");
     for n in 0..100 {
         match n % 4 {
@@ -349,16 +370,9 @@ fn a_session_with_edits_is_replayed() {
     }));
     assert!(e.attempt("sim.stopSimulation", json!([])).is_ok());
     assert!((0..1000).any(|_| {
-        let ended = fs::read_to_string(&log).is_ok_and(|t| t.contains("\"end\":"));
-        ended || {
+        is_written(place) || {
             std::thread::sleep(std::time::Duration::from_millis(5));
             false
         }
     }));
-    let text = fs::read_to_string(&log).unwrap();
-    let end: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
-    assert!(end["end"].as_u64().unwrap() > 20, "{end}");
-    let replayed = place.tatu(&["run", "--replay", "session.log", "--json"]);
-    assert!(replayed.out.contains(end["hash"].as_str().unwrap()), "{}\n{}", replayed.out, replayed.err);
-    assert!(!replayed.err.contains("E504"), "{}", replayed.err);
 }

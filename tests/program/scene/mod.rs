@@ -1,6 +1,7 @@
 //! Tests of scenes: reading, importing, converting, refusing; and of how bodies in them move.
 
 mod bounds;
+mod capsule;
 mod cards;
 mod convert;
 mod crowd;

@@ -63,6 +63,18 @@ fn scene_with_modules() -> TestFolder {
     place
 }
 
+/// A script and its modules beside the scene, which is named without a folder.
+#[test]
+fn modules_in_the_working_folder_are_packed() {
+    let place = TestFolder::scene("[[object]]\nkind = \"dummy\"\nalias = \"a\"\nscript = \"main.lua\"\n");
+    place.write("main.lua", "function sysCall_init() print(require('other')) end").write("other.lua", "return 'here'");
+    place.tatu(&["pack", "scene.toml", "packed.tatu"]).good();
+    let elsewhere = TestFolder::new();
+    fs::copy(place.path().join("packed.tatu"), elsewhere.path().join("p.tatu")).unwrap();
+    let done = elsewhere.tatu(&["run", "p.tatu", "--steps", "1"]).good();
+    assert!(done.out.contains("here"), "{}{}", done.out, done.err);
+}
+
 #[test]
 fn modules_and_named_files_are_packed() {
     let place = scene_with_modules();

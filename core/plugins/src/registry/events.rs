@@ -3,9 +3,19 @@
 use tatu_plugin_api::abi::*;
 
 use super::{EventListener, Registry};
-use crate::{ParameterSpec, events::EventSpec, tables};
+use crate::{
+    ParameterSpec,
+    events::{ALL_EVENTS, EventSpec},
+    tables,
+};
 
 impl Registry {
+    /// Returns whether there can be an event with this name. Names with a dot are those of plugins and scripts, which
+    /// need not declare them.
+    pub fn is_event(&self, name: &str) -> bool {
+        name == ALL_EVENTS || name.contains('.') || self.events.iter().any(|e| e.name == name)
+    }
+
     pub(super) fn add_events(&mut self, plugin: usize) {
         let loaded = self.plugins[plugin].clone();
         let Some(ext) = loaded.declared::<tatu_ext_event>() else { return };

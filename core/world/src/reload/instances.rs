@@ -117,7 +117,8 @@ impl World {
         cell.restore_process_state("the exchange of a plugin");
         told.applied = 1;
         told.notes.push(format!("reloaded the plugin {version} from {file}"));
-        told.notes.extend(resets);
+        let lost = |text| Error::new("E305", text).help("restart the run for a state of the new version alone");
+        told.warnings.extend(resets.into_iter().map(lost));
         Ok(told)
     }
 

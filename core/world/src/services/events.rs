@@ -2,7 +2,7 @@
 
 use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::{describe_value, events::ALL_EVENTS};
+use tatu_plugins::describe_value;
 
 use super::answer::{HostResult, busy, on_world, world_only};
 use crate::{
@@ -67,7 +67,7 @@ extern "C" fn subscribe(w: WorldRef<'_>, name: Lent<'_>, handler: tatu_func, id:
 /// Checks that there can be an event with this name.
 fn check_event_name(world: &WorldCell, name: &str) -> HostResult {
     let declared = &world.model.registry.events;
-    if name == ALL_EVENTS || name.contains('.') || declared.iter().any(|e| e.name == name) {
+    if world.model.registry.is_event(name) {
         return Ok(());
     }
     let near = nearest(name, declared.iter().map(|e| e.name.as_str()));

@@ -146,7 +146,7 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
             );
             return Err(world.run.calls.refuse(TATU_ERR_MISSING, &text));
         };
-        told.dims = d.layout.plan.shape(told.dims);
+        told.dims = d.view(kind, index as usize).dims;
         // SAFETY: the header requires `out` to point to memory of the size that its `size` states, valid during the
         // call. That may be less than the host's struct; no more than that is written.
         unsafe {

@@ -21,8 +21,16 @@ class Source:
         self.text, self.file, self.folder = text, chunk, folder
         self.settings, self.problems = {}, []
         self.paths = [folder] if folder else []
+        self.add_folder_of_script()
         self.read_lua()
         self.read_include()
+
+    def add_folder_of_script(self):
+        """Adds the folder of the script's file, beside which its modules may be."""
+        for file in (os.path.join(self.folder, self.file) if self.folder else self.file, self.file):
+            folder = os.path.dirname(os.path.abspath(file))
+            if os.path.isfile(file) and folder not in self.paths:
+                self.paths.append(folder)
 
     def read_lua(self):
         """Reads settings from Lua code for CoppeliaSim's wrapper."""

@@ -12,6 +12,21 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     kind(offer, 1, "float", &FLOAT_NAMES, Param::float("value"));
     kind(offer, 2, "string", &STRING_NAMES, Param::string("value").text("any bytes"));
     offer.command(
+        Cmd::new("sim.getBufferSignal", |c| {
+            let value = c.world().signal(SIGNAL_KINDS[2], c.bytes(0)?)?.to_value()?;
+            match value {
+                Value::Nil if c.world().stands_in(0, &format!("signal 2 {}", c.text(0)?)) => c.ret(STAND_IN_DATA),
+                Value::Text(data) => c.ret(Value::Bytes(data)),
+                value => c.ret(value),
+            }
+            Ok(())
+        })
+        .param(Param::string("name"))
+        .returns(Param::bytes("value").text("no value if the signal is not set"))
+        .text("Returns the string signal with this name as bytes, in languages that distinguish them from texts.")
+        .example("v = sim.getBufferSignal('state')"),
+    );
+    offer.command(
         Cmd::new("sim.getSignalName", |c| {
             let (index, kind) = (c.i64(0)?, c.i64(1)?);
             let (Ok(index), Ok(kind)) = (u32::try_from(index), u32::try_from(kind)) else {
@@ -49,7 +64,7 @@ const FLOAT_NAMES: [SignalCommandNames; 3] = [
 /// Names of the commands for string signals, in the same order.
 const STRING_NAMES: [SignalCommandNames; 3] = [
     ("sim.setStringSignal", "simSetStringSignal", Some("sim.setBufferSignal")),
-    ("sim.getStringSignal", "simGetStringSignal", Some("sim.getBufferSignal")),
+    ("sim.getStringSignal", "simGetStringSignal", None),
     ("sim.clearStringSignal", "simClearStringSignal", Some("sim.clearBufferSignal")),
 ];
 
