@@ -78,8 +78,8 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.page.until("document.querySelectorAll('.goals .failed').length === 1");
     shown.page.until("document.getElementById('stop').classList.contains('on')");
     shown.page.js(hand_in);
-    shown.page.until("document.querySelector('dialog input')");
-    shown.page.js("document.querySelector('dialog input').value = 'Anna Silva'");
+    shown.page.until("document.querySelector('dialog.question input') !== null");
+    shown.page.js("document.querySelector('dialog.question input').value = 'Anna Silva'");
     shown.answer("Hand in");
     shown.page.until("window.saved.length === 1");
     shown.page.until("document.getElementById('last-line').textContent.includes('_handed_in_Anna_Silva.zip is in')");
