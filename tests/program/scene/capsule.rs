@@ -44,15 +44,15 @@ fn recorded_runs_are_the_same() {
         "scenes/course/kinect_capture.toml",
         "scenes/course/laser_scanner_2d_signal_tube_log.toml",
     ] {
-        let place = recorded(scene, &["--steps", "30", "--seed", "7", "--set", "scene.dt_s=0.04"]);
+        let place = recorded(scene, &["--steps", "12", "--seed", "7", "--set", "scene.dt_s=0.04"]);
         for threads in ["1", "2"] {
             let verified = place.tatu(&["verify", "run.tatu", "--threads", threads]).good();
-            assert!(verified.out.starts_with("same: 30 steps, hash "), "{scene}: {}", verified.out);
+            assert!(verified.out.starts_with("same: 12 steps, hash "), "{scene}: {}", verified.out);
         }
         // It is a scene as well.
-        let hash = place.tatu(&["run", "run.tatu", "--steps", "30", "--json"]).good().json()["hash"].clone();
+        let hash = place.tatu(&["run", "run.tatu", "--steps", "12", "--json"]).good().json()["hash"].clone();
         let verified = place.tatu(&["verify", "run.tatu", "--json"]).good().json();
-        assert_eq!((&verified["result"], &verified["steps"], &verified["hash"]), (&"same".into(), &30.into(), &hash));
+        assert_eq!((&verified["result"], &verified["steps"], &verified["hash"]), (&"same".into(), &12.into(), &hash));
     }
 }
 

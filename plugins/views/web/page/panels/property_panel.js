@@ -255,6 +255,8 @@ for (const change of /** @type {const} */ (["scene", "objects"])) {
     listScripts();
   });
 }
+// The selection may have been made before the scene contained the object.
+watch("scene", () => { if (selected()) follow(); });
 /** Requests the properties of the selection from now on, unless the page is hidden. */
 function follow() {
   const id = selected();
