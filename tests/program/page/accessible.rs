@@ -31,7 +31,7 @@ fn no_panel_breaks_a_rule_of_wcag() {
             shown.page.until("document.readyState === 'complete'");
             shown.page.js(&format!("localStorage.setItem('tatu language', {language:?}); location.reload()"));
         }
-        shown.page.until(&format!("document.documentElement.lang === {language:?}"));
+        shown.page.until(&format!("document.documentElement?.lang === {language:?}"));
         assert_eq!(shown.page.text("#new .words"), new);
         shown.page.js(&format!("{axe}; true"));
         shown.until("of('Pioneer_p3dx') && view.camera.position.x !== 3");

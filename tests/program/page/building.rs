@@ -105,7 +105,7 @@ fn twenty_edits_are_undone_and_done_again() {
     shown.until("!document.getElementById('unsaved').hidden && document.getElementById('redo').disabled");
     // While the simulation is running, undo is disabled, and the button explains why.
     shown.page.click_on("#play");
-    shown.page.until("document.getElementById('undo').title.includes('not while the simulation runs')");
+    shown.page.until("document.getElementById('undo').title.includes('Not while the simulation runs')");
     assert_eq!(shown.page.js("document.getElementById('undo').disabled"), true);
     shown.page.click_on("#stop");
     shown.page.until("!document.getElementById('undo').disabled");
