@@ -244,7 +244,15 @@ impl BrowserPage {
 
     /// Waits until an expression is true.
     pub fn until(&mut self, expression: &str) {
-        wait_for(expression, Duration::from_secs(90), || (self.js(expression) == json!(true)).then_some(()));
+        const LIMIT: Duration = Duration::from_secs(90);
+        let begin = Instant::now();
+        while self.js(expression) != json!(true) {
+            if begin.elapsed() > LIMIT {
+                let output = self.js("document.getElementById('output')?.textContent ?? null");
+                panic!("{expression}: not true within {LIMIT:?}; the page has said: {output}");
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
     }
 }
 

@@ -165,6 +165,8 @@ const MARGIN = 1.15;
 
 /** Ratio of the size of the visible region of a new scene to that of its robots, and least ratio to that of the scene. */
 const [ROBOT_MARGIN, SCENE_SHARE] = [1.6, 0.8];
+/** Minimum radius of the visible region of a scene, m. */
+const MIN_RADIUS = 0.7;
 
 /** Returns the object without a parent that is above an object, or the object itself. @param {SceneObject} object */
 function rootOf(object) {
@@ -190,7 +192,7 @@ function fitScene() {
   const [robots, all] = [robotBounds(), bounds()];
   if (robots.isEmpty() || all.isEmpty()) return fit();
   const size = Math.max(ROBOT_MARGIN * robots.getSize(new THREE.Vector3()).length(), SCENE_SHARE * all.getSize(new THREE.Vector3()).length());
-  fitSphere(robots.getCenter(new THREE.Vector3()).lerp(all.getCenter(new THREE.Vector3()), 0.5), size / 2);
+  fitSphere(robots.getCenter(new THREE.Vector3()).lerp(all.getCenter(new THREE.Vector3()), 0.5), Math.max(MIN_RADIUS, size / 2));
 }
 
 /**
@@ -205,7 +207,7 @@ export function fit(objects, direction = DEFAULT_DIRECTION) {
   const center = box.getCenter(new THREE.Vector3());
   const size = box.getSize(new THREE.Vector3()).length();
   // The minimum radius keeps the camera from moving too close to a small scene, and even more so to an empty one.
-  fitSphere(center, Math.max(objects ? 0.1 : size > 0 ? 0.7 : 2.5, size / 2), direction);
+  fitSphere(center, Math.max(objects ? 0.1 : size > 0 ? MIN_RADIUS : 2.5, size / 2), direction);
 }
 
 /**
