@@ -215,7 +215,7 @@ fn panel_shows_the_scene_without_a_selection_and_no_empty_group() {
     let about = "document.getElementById('about-scene')";
     shown.page.until("document.getElementById('what').textContent === 'bent arm'");
     let text = shown.page.text("#about-scene");
-    for part in ["An arm.", "Try: bend it.", "Objects", "in 1 model", "50 ms", "mark", "F5"] {
+    for part in ["An arm.", "Try: bend it.", "Objects", "in one model", "50 ms", "mark", "F5"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     // A robot whose base is a hidden body is visible.
