@@ -108,7 +108,7 @@ fn the_camera_turns_with_the_object_it_follows() {
     shown.page.click_on("#follow");
     let offset = "(() => { const g = objects.groups.get(of('block').id); g.updateWorldMatrix(true, false); \
                   return g.worldToLocal(view.camera.position.clone()).toArray(); })()";
-    shown.until("new Promise((done) => net.on('frame', () => done(true)))");
+    shown.until("new Promise((done) => requestAnimationFrame(() => done(true)))");
     // The camera looks at the object from the start.
     let off = "(() => { const p = objects.groups.get(of('block').id).getWorldPosition(new three.Vector3()); \
                return p.distanceTo(view.controls.target); })()";

@@ -70,6 +70,7 @@ function setFollow(isOn) {
   followed = isOn ? selected() : 0;
   lastPose = null;
   if (followed) lookAt(followed);
+  follow();
 }
 
 /** Moves the camera so that it looks at an object, from the same direction and distance. @param {number} id */
