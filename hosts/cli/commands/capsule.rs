@@ -47,7 +47,10 @@ impl Capsule {
         is_session: bool,
     ) -> Result<(Self, InputLogWriter), Error> {
         check_name(output)?;
-        let files = files_of(scene, document, registry, added)?;
+        // What came through services is in the log, so a repetition starts none, and does not need their plugins.
+        let mut without_services = Document::clone(document);
+        without_services.requests.services.clear();
+        let files = files_of(scene, &Arc::new(without_services), registry, added)?;
         let folder = tempfile::tempdir()
             .map_err(|e| Error::new("E105", format!("cannot create a temporary folder for the record: {e}")))?;
         let mut header = InputLogHeader::of_pack(Path::new(PACKED_SCENE), registry);
