@@ -90,7 +90,7 @@ fn verified(args: &VerifyArgs) -> Result<Outcome, Error> {
 
 /// Runs the world with the recorded inputs, and compares its hashes with the recorded ones.
 fn repeat(world: &World, log: RecordedRun, hashes: &RunHashes, json: bool) -> Outcome {
-    let end = log.end;
+    let (end, begun, hash_at_end) = (log.end, log.begun, log.hash);
     match log.header.session {
         true => world.attach_session_log(log.records.into()),
         false => world.attach_log(log.records.into()),
@@ -111,7 +111,15 @@ fn repeat(world: &World, log: RecordedRun, hashes: &RunHashes, json: bool) -> Ou
             }
         }
         if step >= last {
-            break Outcome::Same { steps: step, hash: format!("{:016x}", hash.total) };
+            // The recorded run may have ended within the barrier after its last step.
+            if end == Some(step) && begun {
+                world.barrier();
+            }
+            let hash = world.hash().total;
+            break match hash_at_end.filter(|then| end == Some(step) && *then != hash) {
+                None => Outcome::Same { steps: step, hash: format!("{hash:016x}") },
+                Some(_) => Outcome::Different(format!("the end of the run, after step {step}")),
+            };
         }
         world.step();
         world.take_lines();
