@@ -11,7 +11,7 @@ use tatu_core::{
     document::Document,
     errors::Error,
     plugins::Registry,
-    session::file::{InputLogHeader, InputLogWriter},
+    session::file::{AddonEntry, InputLogHeader, InputLogWriter},
 };
 use tatu_embed::pack::{self, PACKED_SCENE};
 use tempfile::TempDir;
@@ -75,6 +75,16 @@ impl Capsule {
         warn_of_private_paths(&self.scene, &self.files);
         pack::write(&self.output, &self.files)
     }
+}
+
+/// Fails with E105 if add-ons run: a record does not contain them.
+pub fn refuse_addons(entries: &[AddonEntry]) -> Result<(), Error> {
+    let names: Vec<&str> = entries.iter().map(|addon| addon.name.as_str()).collect();
+    if names.is_empty() {
+        return Ok(());
+    }
+    let error = Error::new("E105", format!("cannot record a run with add-ons: {}", names.join(", ")));
+    Err(error.help("run it without them, `--no-addons`; or record only its input: `--log FILE`"))
 }
 
 /// Returns the names of files, without the folders in which they are, which others need not know.

@@ -39,6 +39,29 @@ pub struct LockFile {
     files: Vec<LockEntry>,
 }
 
+/// What a difference between lock files concerns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LockSubject {
+    /// The version of the program.
+    Program,
+    /// A plugin whose library is another one, of the same version.
+    Library,
+    /// A plugin that is missing, or has another version.
+    Plugin,
+    /// A plugin that was not loaded when the lock file was written.
+    NewPlugin,
+    /// A model or another file.
+    File,
+}
+
+/// A difference between lock files.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LockDifference {
+    pub subject: LockSubject,
+    /// The description, in one line.
+    pub text: String,
+}
+
 /// Writes the lock file of a scene, or compares it; the exit code is 0 if it was written or agrees, 1 if it differs.
 pub fn lock(args: &LockArgs) -> Result<ExitCode, Error> {
     let watchdog = Watchdog::start(args.watchdog, false);
@@ -59,7 +82,7 @@ pub fn lock(args: &LockArgs) -> Result<ExitCode, Error> {
     })?;
     let then = LockFile::parse(&file, &String::from_utf8_lossy(&text))?;
     let differences = then.differences(&now);
-    for text in &differences {
+    for LockDifference { text, .. } in &differences {
         report::out!("{text}");
     }
     match differences.len() {
@@ -163,11 +186,12 @@ impl LockFile {
         })
     }
 
-    /// Describes each difference in one line, which begins with `locked`, `plugin`, `model` or `file`.
-    pub fn differences(&self, now: &LockFile) -> Vec<String> {
+    /// Returns all differences.
+    pub fn differences(&self, now: &LockFile) -> Vec<LockDifference> {
         let mut out = Vec::new();
         if self.tatu != now.tatu {
-            out.push(format!("locked with tatu {}, but this is tatu {}", self.tatu, now.tatu));
+            let text = format!("locked with tatu {}, but this is tatu {}", self.tatu, now.tatu);
+            out.push(LockDifference { subject: LockSubject::Program, text });
         }
         for (what, then, now) in [
             ("plugin", &self.plugins, &now.plugins),
@@ -175,6 +199,7 @@ impl LockFile {
             ("file", &self.files, &now.files),
         ] {
             for e in then {
+                let mut subject = if what == "plugin" { LockSubject::Plugin } else { LockSubject::File };
                 let mut line = format!("{what} {}", e.name);
                 match now.iter().find(|n| n.name == e.name) {
                     None => line += ": is missing",
@@ -187,13 +212,20 @@ impl LockFile {
                             show(&n.version)
                         );
                     }
-                    Some(n) if n.hash != e.hash => line += ": its contents have changed",
+                    Some(n) if n.hash != e.hash => {
+                        line += ": its contents have changed";
+                        if what == "plugin" {
+                            subject = LockSubject::Library;
+                        }
+                    }
                     Some(_) => continue,
                 }
-                out.push(line);
+                out.push(LockDifference { subject, text: line });
             }
             let new = now.iter().filter(|n| !then.iter().any(|e| e.name == n.name));
-            out.extend(new.map(|n| format!("{what} {}: is new", n.name)));
+            let text = |n: &LockEntry| format!("{what} {}: is new", n.name);
+            let subject = if what == "plugin" { LockSubject::NewPlugin } else { LockSubject::File };
+            out.extend(new.map(|n| LockDifference { subject, text: text(n) }));
         }
         out
     }

@@ -21,7 +21,7 @@ use tatu_core::{
 use tatu_plugin_api::abi::*;
 
 use super::{
-    capsule::{Capsule, without_folders},
+    capsule::{Capsule, refuse_addons, without_folders},
     run::{InputLogFile, write_log},
 };
 use tatu_terminal::{Watchdog, report};
@@ -188,7 +188,11 @@ fn read(
 /// Creates the world of a document, with the add-ons and the folder chosen on the command line.
 fn create_world(args: &ServeArgs, document: &Arc<Document>, registry: &Arc<Registry>) -> Result<World, Error> {
     let world = World::with_threads(document.clone(), registry.clone(), args.threads.into())?;
-    addons::choose_addons(&args.addons, document, registry)?.attach(&world)?;
+    let addons = addons::choose_addons(&args.addons, document, registry)?;
+    if args.capsule.is_some() {
+        refuse_addons(&addons.entries())?;
+    }
+    addons.attach(&world)?;
     if let Some(folder) = &args.files {
         world.set_file_folder(folder)?;
     }

@@ -15,7 +15,7 @@ use tatu_terminal::{Watchdog, report};
 
 use super::{
     capsule::{HASHES_NAME, INPUTS_NAME},
-    lock::LockFile,
+    lock::{LockDifference, LockFile, LockSubject},
     pack::LOCK_NAME,
 };
 use crate::{args::VerifyArgs, hashes::RunHashes};
@@ -70,9 +70,8 @@ fn verified(args: &VerifyArgs) -> Result<Outcome, Error> {
     let document = super::load(&scene, &options, &registry)?;
     let differences =
         locked(&folder.join(LOCK_NAME))?.differences(&LockFile::of(&registry, &document.sources, &scene)?);
-    if let Some(changed) = differences.iter().find(|text| !text.starts_with("plugin ") && !text.starts_with("locked "))
-    {
-        return Ok(Outcome::Different(changed.clone()));
+    if let Some(changed) = differences.iter().find(|d| d.subject == LockSubject::File) {
+        return Ok(Outcome::Different(changed.text.clone()));
     }
     report_unverified(&differences, &log);
     let world = World::with_threads(document, registry.clone(), args.threads.into())?;
@@ -90,12 +89,14 @@ fn verified(args: &VerifyArgs) -> Result<Outcome, Error> {
 
 /// Runs the world with the recorded inputs, and compares its hashes with the recorded ones.
 fn repeat(world: &World, log: RecordedRun, hashes: &RunHashes, json: bool) -> Outcome {
-    let (end, begun, hash_at_end) = (log.end, log.begun, log.hash);
+    let (end, begun, hash_at_end, log_length) = (log.end, log.begun, log.hash, log.records.len());
     match log.header.session {
         true => world.attach_session_log(log.records.into()),
         false => world.attach_log(log.records.into()),
     }
     let bar = report::progress(hashes.last_step(), "step", !json);
+    // A pass without a step repeats at least one input; so many of them at most, the run goes on.
+    let mut passes_left = log_length;
     let mut differing_step = None;
     world.start();
     let last = hashes.last_step();
@@ -124,9 +125,11 @@ fn repeat(world: &World, log: RecordedRun, hashes: &RunHashes, json: bool) -> Ou
         world.step();
         world.take_lines();
         bar.set_position(world.steps());
-        if world.steps() == step && world.stop_requested() {
+        let is_idle = world.steps() == step;
+        if is_idle && (world.stop_requested() || passes_left == 0) {
             break Outcome::Different(format!("the run ends after {step} steps, but the recorded one after {last}"));
         }
+        passes_left -= usize::from(is_idle);
     };
     bar.finish_and_clear();
     match outcome {
@@ -157,23 +160,18 @@ fn describe(dt: f64, first: u64, step: u64, objects: &[String]) -> String {
 }
 
 /// Prints what the comparison does not cover.
-fn report_unverified(differences: &[String], log: &RecordedRun) {
-    let plugins: Vec<&str> = differences.iter().filter_map(|text| text.strip_prefix("plugin ")).collect();
-    let other = plugins.iter().filter(|text| !text.ends_with(": is new"));
-    let (changed, versions): (Vec<&&str>, Vec<&&str>) = other.partition(|text| text.ends_with("contents have changed"));
-    for text in versions {
-        report::note(&format!("not verified: plugin {text}"));
-    }
-    match changed.as_slice() {
-        [] => {}
-        [one] => report::note(&format!("not verified: plugin {one}")),
-        [one, more @ ..] => {
-            let more = more.len();
-            report::note(&format!("not verified: plugin {one}; neither are those of {more} other plugins"));
-        }
-    }
-    for text in differences.iter().filter(|text| text.starts_with("locked ")) {
+fn report_unverified(differences: &[LockDifference], log: &RecordedRun) {
+    let of = |subject: LockSubject| differences.iter().filter(move |d| d.subject == subject).map(|d| &d.text);
+    for text in of(LockSubject::Program).chain(of(LockSubject::Plugin)) {
         report::note(&format!("not verified: {text}"));
+    }
+    // Another build has other libraries, usually of all plugins.
+    let mut libraries = of(LockSubject::Library);
+    if let Some(first) = libraries.next() {
+        match libraries.count() {
+            0 => report::note(&format!("not verified: {first}")),
+            more => report::note(&format!("not verified: {first}; neither are those of {more} other plugins")),
+        }
     }
     if !log.opened.is_empty() {
         let files = log.opened.join(", ");

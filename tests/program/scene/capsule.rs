@@ -120,6 +120,9 @@ fn a_run_that_cannot_be_recorded_is_refused() {
     let addon = root().join("addons/pose_logger.lua");
     let refused = place.tatu(&["run", "scene.toml", "--capsule", "run.tatu", "--addon", addon.to_str().unwrap()]);
     assert!(refused.code == 2 && refused.err.contains("with add-ons: pose_logger"), "{}", refused.err);
+    let serve = ["serve", "scene.toml", "--service", "jsonl:port=0", "--capsule", "run.tatu", "--addon"];
+    let refused = place.tatu(&[&serve[..], &[addon.to_str().unwrap()]].concat());
+    assert!(refused.code == 2 && refused.err.contains("with add-ons: pose_logger"), "{}", refused.err);
     place.tatu(&["pack", "scene.toml", "scene.tatu"]).good();
     let refused = place.tatu(&["verify", "scene.tatu"]);
     assert!(refused.code == 2 && refused.err.contains("contains no recorded run"), "{}", refused.err);

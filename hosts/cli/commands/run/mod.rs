@@ -37,7 +37,7 @@ use clock::{RunClock, RunTimes};
 use pace::RunPace;
 use tatu_terminal::{Watchdog, report};
 
-use super::capsule::{Capsule, without_folders};
+use super::capsule::{self, Capsule, without_folders};
 use crate::{
     addons,
     args::RunArgs,
@@ -164,12 +164,12 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
         file::InputLogWriter::create(path, &header)
     });
     let mut log = log.transpose()?.map(|log| write_log(&world, log));
-    let mut capsule = None;
+    let mut record = None;
     if let Some(output) = &args.input_log.capsule {
         let added = &args.input_log.capsule_files;
+        capsule::refuse_addons(&addons.entries())?;
         let (begun, inputs) = Capsule::begin(output, scene, (&document, &registry), added, false)?;
-        refuse_addons(&addons)?;
-        (capsule, log) = (Some(begun), Some(write_log(&world, inputs)));
+        (record, log) = (Some(begun), Some(write_log(&world, inputs)));
     }
     world.input_log_mut().store_records(!args.snapshots.snapshot_at.is_empty());
     let of_log = replay.as_ref().map(file::RecordedRun::steps);
@@ -190,18 +190,7 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
             false => world.attach_log(log.records.into()),
         }
     }
-    Ok(ReadyRun { world, registry, session, log, capsule, steps, logged, one_more_barrier, snapshots, reload })
-}
-
-/// Fails with E105 if add-ons run: a record does not contain them.
-fn refuse_addons(addons: &addons::StartedAddons) -> Result<(), Error> {
-    let entries = addons.entries();
-    let names: Vec<&str> = entries.iter().map(|addon| addon.name.as_str()).collect();
-    if names.is_empty() {
-        return Ok(());
-    }
-    let error = Error::new("E105", format!("cannot record a run with add-ons: {}", names.join(", ")));
-    Err(error.help("run it without them, `--no-addons`; or record only its input: `--log FILE`"))
+    Ok(ReadyRun { world, registry, session, log, capsule: record, steps, logged, one_more_barrier, snapshots, reload })
 }
 
 fn no_scene() -> Error {

@@ -1,5 +1,5 @@
-//! `tatu plugin test`: builds a plugin, and runs the scene of its project and the tests in its folder `tests`: tests in C and
-//! C++, scenes, and for a crate the tests of cargo.
+//! `tatu plugin test`: builds a plugin, and runs the scene of its project and the tests in its folder `tests`: tests in C
+//! and C++, scenes, and for a crate the tests of cargo.
 //!
 //! - `library`: builds the plugin under test; `c_tests`, `rust_tests`, `scenes`: run the three types of tests;
 //! - `child`: runs one test in C in its process; `process`: starts a process and interprets its end;

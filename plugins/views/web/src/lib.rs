@@ -2,8 +2,8 @@
 //!
 //! - `service`: the service and its work at each barrier; `show`: messages to clients; `requests`: requests from
 //!   clients; `drop`: files dropped on the page;
-//! - `scene`: the complete scene; `copies`: equal models in it; `frames`: motion of its objects; `changes`: all other changes of objects; `readings`:
-//!   data of sensors, drawings and graphs;
+//! - `scene`: the complete scene; `copies`: equal models in it; `frames`: motion of its objects; `changes`: all other
+//!   changes of objects; `readings`: data of sensors, drawings and graphs;
 //! - `sent`: what a client has received last;
 //! - `protocol`: the types of all text messages;
 //! - `edits`: the state of undo and redo, and backup copies of unsaved edits;
