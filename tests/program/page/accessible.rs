@@ -34,7 +34,7 @@ fn no_panel_breaks_a_rule_of_wcag() {
         shown.page.until(&format!("document.documentElement?.lang === {language:?}"));
         assert_eq!(shown.page.text("#new .words"), new);
         shown.page.js(&format!("{axe}; true"));
-        shown.until("of('Pioneer_p3dx') && view.camera.position.x !== 3");
+        shown.until_shown("Pioneer_p3dx");
         check(&mut shown, "the page");
         shown.ask("store.select(of('Pioneer_p3dx').id)");
         shown.page.until("document.querySelectorAll('#rows .row').length > 20");
@@ -69,7 +69,7 @@ fn no_panel_breaks_a_rule_of_wcag() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn the_tree_is_exposed_to_screen_readers() {
     let mut shown = ScenePage::new(SCENE);
-    shown.until("of('block') && view.camera.position.x !== 3");
+    shown.until_shown("block");
     shown.ask("store.select(of('block').id)");
     shown.page.js("document.getElementById('tree').focus()");
     shown.page.send("Accessibility.enable", json!({}));

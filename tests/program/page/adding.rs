@@ -29,7 +29,7 @@ fn click_model(shown: &mut ScenePage, model: &str) {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn robots_without_a_script_get_one_that_drives_them() {
     let mut shown = ScenePage::new(FLOOR);
-    shown.until("of('floor') && view.drawn > 0 && view.camera.position.x !== 3");
+    shown.until_shown("floor");
     shown.page.click_on("#add");
     for (model, alias) in [("pioneer_p3dx", "Pioneer_p3dx"), ("manta", "Manta")] {
         click_model(&mut shown, model);
@@ -73,7 +73,7 @@ fn robots_without_a_script_get_one_that_drives_them() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn sensors_are_attached_to_the_body_that_they_are_put_on() {
     let mut shown = ScenePage::new(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n"));
-    shown.until("of('Pioneer_p3dx') && view.drawn > 0 && view.camera.position.x !== 3");
+    shown.until_shown("Pioneer_p3dx");
     shown.page.click_on("#add");
     click_model(&mut shown, "hokuyo");
     let deck = shown.pixel("Pioneer_p3dx_connection1", [0.0, 0.0, 0.0]);
@@ -89,9 +89,9 @@ fn sensors_are_attached_to_the_body_that_they_are_put_on() {
     assert!((0.2..0.4).contains(&height), "{height}");
     shown.page.click_on("#undo");
     shown.until(&format!("of({sensor:?}) === undefined && document.getElementById('undo').disabled"));
-    // On the floor, it is attached to nothing.
+    // On the floor before the robot, it is attached to nothing.
     click_model(&mut shown, "hokuyo");
-    let floor = shown.pixel("floor", [0.5, 0.5, 0.0]);
+    let floor = shown.pixel("floor", [-0.2, -0.6, 0.0]);
     shown.page.click_at(floor, 1);
     shown.until(&format!("of({sensor:?})?.parent === 0"));
     shown.end();
@@ -101,7 +101,7 @@ fn sensors_are_attached_to_the_body_that_they_are_put_on() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn new_scripts_have_a_name_and_are_open_at_once() {
     let mut shown = ScenePage::new(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n"));
-    shown.until("of('Pioneer_p3dx') && view.drawn > 0 && view.camera.position.x !== 3");
+    shown.until_shown("Pioneer_p3dx");
     let row = shown.row("Pioneer_p3dx");
     let at = shown.page.middle(&row);
     shown.page.click_at(at, 2);

@@ -14,7 +14,8 @@ fn block(alias: &str, x: f64) -> String {
 /// Shows a scene with two blocks on a floor.
 fn blocks() -> ScenePage {
     let mut shown = ScenePage::new(&format!("{FLOOR}{}{}", block("left", -0.5), block("right", 0.5)));
-    shown.until("of('left') && of('right') && view.drawn > 0 && view.camera.position.x !== 3");
+    shown.until("of('left')");
+    shown.until_shown("right");
     shown
 }
 
@@ -28,7 +29,8 @@ fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
     shown.page.key("Escape", 27);
     shown.page.until("!document.getElementById('dialog').open");
     shown.page.click_on("#new");
-    shown.until("of('floor') !== undefined && store.scene.file.endsWith('untitled.toml') && view.drawn > 0 && view.camera.position.x !== 3");
+    shown.until("store.scene.file.endsWith('untitled.toml')");
+    shown.until_shown("floor");
     // An entry is dragged into the view, and placed on the floor.
     shown.page.click_on("#add");
     shown.page.until("document.querySelectorAll('#items .entry').length > 20");
@@ -168,7 +170,7 @@ fn objects_are_copied_renamed_and_attached() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_click_selects_the_model_and_a_second_one_its_part() {
     let mut shown = ScenePage::new(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n"));
-    shown.until("of('Pioneer_p3dx') && view.drawn > 0 && view.camera.position.x !== 3");
+    shown.until_shown("Pioneer_p3dx");
     let wheel = "[...store.scene.objects.values()].find((o) => o.alias === 'Pioneer_p3dx_rightWheel').alias";
     let alias = shown.ask(wheel).as_str().unwrap().to_owned();
     let at = shown.pixel(&alias, [0.0, 0.0, 0.0]);

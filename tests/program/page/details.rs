@@ -61,7 +61,7 @@ fn field(key: &str) -> String {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn sliders_move_the_joints_of_a_model() {
     let mut shown = ScenePage::new(&format!("{FLOOR}{ARM}"));
-    shown.until("of('arm') && view.camera.position.x !== 3");
+    shown.until_shown("arm");
     shown.details_of("arm");
     shown.page.until("document.querySelectorAll('.joints .joint').length === 2");
     let from = shown.page.middle(".joint input[type=range]");
@@ -93,7 +93,7 @@ fn a_slider_sets_the_target_of_a_driven_joint_in_a_run() {
         "{FLOOR}{}",
         driven.replacen("size_m = [0.4, 0.05, 0.05]", "size_m = [0.4, 0.05, 0.05]\ndynamic = true", 1)
     ));
-    shown.until("of('arm') && view.camera.position.x !== 3");
+    shown.until_shown("arm");
     shown.details_of("shoulder");
     shown.page.until("document.querySelectorAll('.joints .joint').length === 1");
     shown.page.click_on("#play");
@@ -109,7 +109,7 @@ fn a_slider_sets_the_target_of_a_driven_joint_in_a_run() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn angles_are_typed_in_degrees_and_names_are_words() {
     let mut shown = ScenePage::new(&format!("{FLOOR}{ARM}"));
-    shown.until("of('arm') && view.camera.position.x !== 3");
+    shown.until_shown("arm");
     shown.details_of("shoulder");
     shown.replace(&field("joint.limits"), "-45");
     shown.page.key("Enter", 13);
@@ -128,7 +128,7 @@ fn angles_are_typed_in_degrees_and_names_are_words() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_refused_value_shows_the_reason_and_does_not_lose_the_focus() {
     let mut shown = ScenePage::new(&format!("{FLOOR}{ARM}"));
-    shown.until("of('arm') && view.camera.position.x !== 3");
+    shown.until_shown("arm");
     shown.details_of("upper");
     let mass = shown.page.js(&format!("document.querySelector({:?}).value", field("shape.mass")));
     shown.page.js(&format!("globalThis.mass = document.querySelector({:?})", field("shape.mass")));
@@ -154,7 +154,7 @@ fn every_value_is_shown_in_readable_form() {
     let place =
         TestFolder::scene(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n[[model]]\nmodel = \"hokuyo\"\n"));
     let mut shown = ScenePage::of(place, &["open", "scene.toml", "--no-browser"]);
-    shown.until("of('Pioneer_p3dx') && view.camera.position.x !== 3");
+    shown.until_shown("Pioneer_p3dx");
     shown.page.js("localStorage.setItem('tatu details More', '1')");
     let ids = shown.ask("[...store.scene.objects.keys()]");
     for id in ids.as_array().unwrap() {
@@ -181,7 +181,7 @@ fn every_value_is_shown_in_readable_form() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn fields_accept_expressions_and_units() {
     let mut shown = ScenePage::new(&format!("{FLOOR}{ARM}"));
-    shown.until("of('upper') && view.camera.position.x !== 3");
+    shown.until_shown("upper");
     shown.details_of("upper");
     let position = field("object.position");
     for (text, value) in [("2*3", 6.0), ("10 cm", 0.1), ("1,5 + 5 mm", 1.505)] {
@@ -211,7 +211,7 @@ fn panel_shows_the_scene_without_a_selection_and_no_empty_group() {
     let place = TestFolder::new();
     place.write("bent_arm.toml", &scene);
     let mut shown = ScenePage::of(place, &["open", "bent_arm.toml", "--no-browser"]);
-    shown.until("of('Pioneer_p3dx') && view.drawn > 0");
+    shown.until_shown("Pioneer_p3dx");
     let about = "document.getElementById('about-scene')";
     shown.page.until("document.getElementById('what').textContent === 'bent arm'");
     let text = shown.page.text("#about-scene");

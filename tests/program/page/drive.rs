@@ -32,10 +32,14 @@ impl ScenePage {
     pub fn ask(&mut self, expression: &str) -> Value {
         self.page.js(&asking(expression))
     }
-    /// Waits until an expression, as in [`ScenePage::ask`], is true. The camera is at x = 3 before it is moved to the
-    /// scene, so tests wait for another x before they compute positions on the screen.
+    /// Waits until an expression, as in [`ScenePage::ask`], is true.
     pub fn until(&mut self, expression: &str) {
         self.page.until(&asking(expression));
+    }
+    /// Waits until an object is drawn and the camera is where the page puts it for a new scene. Before, the camera is at
+    /// x = 3 but for rounding, and positions on the screen would be those of another view.
+    pub fn until_shown(&mut self, alias: &str) {
+        self.until(&format!("of({alias:?}) && view.drawn > 0 && Math.abs(view.camera.position.x - 3) > 1e-6"));
     }
     /// Returns the position on the page, in pixels, of a point in the frame of an object.
     // The camera moves to a new scene in the frame after the scene has changed.

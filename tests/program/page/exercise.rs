@@ -25,7 +25,7 @@ const ZIP_CONTENTS_JS: &str = "import('tatu/lib/zip').then(async (z) => { const 
 fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     // The teacher enters the task and its goals in the page, and saves the scene.
     let mut shown = ScenePage::new(SCENE);
-    shown.until("of('Robot') && view.camera.position.x !== 3");
+    shown.until_shown("Robot");
     shown.page.click_on("#exercise");
     shown.page.until("document.querySelectorAll('dialog textarea').length === 2");
     shown.page.js(&format!(

@@ -15,7 +15,7 @@ const ARROW_LENGTH_JS: &str = "(() => { const c = view.camera; \
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_drag_moves_the_selected_object_to_its_very_end() {
     let mut shown = ScenePage::new(&format!("{FLOOR}{BLOCK}"));
-    shown.until("of('block') && view.camera.position.x !== 3");
+    shown.until_shown("block");
     let at = shown.pixel("block", [0.0, 0.0, 0.2]);
     shown.page.click_at(at, 1);
     shown.until("store.selected() === of('block').id");
@@ -46,7 +46,7 @@ fn a_drag_moves_the_selected_object_to_its_very_end() {
 fn shift_and_a_drag_push_a_body_while_it_runs() {
     let mut shown =
         ScenePage::new(&format!("{FLOOR}{BLOCK}dynamic = true\nrespondable = true\nmass_kg = 2.0\nfriction = 0.1\n"));
-    shown.until("of('block') && view.camera.position.x !== 3");
+    shown.until_shown("block");
     shown.page.click_on("#play");
     shown.page.until("document.getElementById('play').classList.contains('on')");
     let (from, to) = (shown.pixel("block", [0.0, 0.0, 0.2]), shown.pixel("block", [1.5, 0.0, 0.2]));
@@ -66,7 +66,7 @@ fn keys_of_the_view_reach_scripts_and_drive_the_selected_robot() {
                  while kind ~= -1 do\n if kind == sim.message_keypress then print('key ' .. data[1]) end\n\
                  kind, data = sim.getSimulatorMessage()\n end\nend\"\"\" }\n";
     let mut shown = ScenePage::new(&format!("{FLOOR}{robot}"));
-    shown.until("of('Pioneer_p3dx') && view.camera.position.x !== 3");
+    shown.until_shown("Pioneer_p3dx");
     shown.page.click_on("#play");
     shown.page.until("document.getElementById('play').classList.contains('on')");
     shown.ask("store.select(of('Pioneer_p3dx').id)");

@@ -32,7 +32,7 @@ fn readings_are_drawn_in_layers_until_a_stop() {
         sensor("fan", "laser", laser),
         sensor("receiver", "gps", "position_m = [0.5, 0.0, 0.0]\n")
     ));
-    shown.until("of('fan') && view.camera.position.x !== 3");
+    shown.until_shown("fan");
     assert_eq!(shown.ask(&draws("fan", "Mesh")), false);
     // The volume of a sensor is drawn while the sensor is selected.
     assert_eq!(shown.ask(&draws("eye", "Mesh")), false);
@@ -67,7 +67,7 @@ fn drawings_of_scripts_appear() {
          local d = sim.addDrawingObject(sim.drawing_lines, 2, 0, -1, 10, {0, 1, 0})\n\
          sim.addDrawingObjectItem(d, {0, 0, 0, 1, 0, 1})\nend\"\"\" }\n",
     );
-    shown.until("of('pen') && view.camera.position.x !== 3");
+    shown.until_shown("pen");
     let lines = "(() => { let ends = []; view.stage.traverse((x) => { if (x.isLineSegments && !x.isGridHelper && \
                  x.material.color.getHexString() === '00ff00') ends.push(...x.geometry.attributes.position.array); }); \
                  return ends; })()";
@@ -117,7 +117,7 @@ fn the_tree_selects_closes_finds_and_follows_changes() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn fields_of_the_details_change_the_view() {
     let mut shown = ScenePage::new(TREE);
-    shown.until("of('block') && view.camera.position.x !== 3");
+    shown.until_shown("block");
     shown.ask("store.select(of('block').id)");
     let field = |key: &str| format!("#rows [data-key='{key}'] input");
     shown.page.until(&format!("document.querySelector({:?}) !== null", field("shape.color")));

@@ -19,7 +19,7 @@ impl ScenePage {
     /// Shows a scene, selects an object, and puts the focus into the view.
     fn selecting(scene: &str, alias: &str) -> ScenePage {
         let mut shown = ScenePage::new(scene);
-        shown.until(&format!("of({alias:?}) && view.camera.position.x !== 3"));
+        shown.until_shown(alias);
         shown.ask(&format!("store.select(of({alias:?}).id)"));
         shown.page.js("document.getElementById('view').focus()");
         shown

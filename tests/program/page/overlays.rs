@@ -32,7 +32,7 @@ fn switch(shown: &mut ScenePage, index: usize) {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn overlays_show_forces_masses_and_velocities() {
     let mut shown = ScenePage::new(SCENE);
-    shown.until("of('block') && view.camera.position.x !== 3");
+    shown.until_shown("block");
     switch(&mut shown, 0);
     switch(&mut shown, 4);
     shown.page.click_on("#play");
@@ -57,7 +57,7 @@ const MECHANISM: &str = "[[object]]\nkind = \"shape\"\nalias = \"bar\"\nsize_m =
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn overlays_show_inertia_collision_shapes_and_limits() {
     let mut shown = ScenePage::new(MECHANISM);
-    shown.until("of('bar') && view.camera.position.x !== 3");
+    shown.until_shown("bar");
     // The indices of these overlays in the menu: boxes of equal inertia, colliding shapes, and axes.
     for index in [2, 3, 5] {
         switch(&mut shown, index);
@@ -86,7 +86,7 @@ fn overlays_show_inertia_collision_shapes_and_limits() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_body_that_flies_away_is_listed_once() {
     let mut shown = ScenePage::new(SCENE);
-    shown.until("of('block') && view.camera.position.x !== 3");
+    shown.until_shown("block");
     shown.page.click_on("#play");
     let told =
         "[...document.querySelectorAll('#output .warning')].filter((l) => l.textContent.includes('/ball moves at'))";
@@ -103,7 +103,7 @@ fn a_body_that_flies_away_is_listed_once() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn the_camera_turns_with_the_object_it_follows() {
     let mut shown = ScenePage::new(SCENE);
-    shown.until("of('block') && view.camera.position.x !== 3");
+    shown.until_shown("block");
     shown.ask("store.select(of('block').id)");
     shown.page.click_on("#follow");
     let offset = "(() => { const g = objects.groups.get(of('block').id); g.updateWorldMatrix(true, false); \
@@ -143,7 +143,7 @@ const ARM: &str = "[[object]]\nkind = \"joint\"\nalias = \"shoulder\"\ntype = \"
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn overlay_of_manipulability_has_the_singular_values_of_the_arm() {
     let mut shown = ScenePage::new(ARM);
-    shown.until("of('hand') && view.camera.position.x !== 3");
+    shown.until_shown("hand");
     shown.ask("store.select(of('hand').id)");
     switch(&mut shown, 7);
     let color = "c2185b";

@@ -20,7 +20,7 @@ const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive 
 
 fn shown() -> ScenePage {
     let mut shown = ScenePage::new(SCENE);
-    shown.until("of('cart') && view.camera.position.x !== 3");
+    shown.until_shown("cart");
     shown
 }
 

@@ -22,7 +22,7 @@ fn cup() -> ScenePage {
     let place = TestFolder::new();
     place.write("scenes/cup.toml", SCENE).write("scenes/other.toml", "format = 1\n");
     let mut shown = ScenePage::of(place, &["open", "scenes/cup.toml", "--no-browser"]);
-    shown.until("of('cup') !== undefined && view.drawn > 0");
+    shown.until_shown("cup");
     shown
 }
 

@@ -27,7 +27,7 @@ fn is_on_top(selector: &str) -> String {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn small_screens_show_the_view_with_one_drawer_at_a_time() {
     let mut shown = ScenePage::new(ROBOT);
-    shown.until("of('Pioneer_p3dx') && view.drawn > 1");
+    shown.until_shown("Pioneer_p3dx");
     for [width, height] in [[390, 844], [683, 384], [800, 500], [900, 700]] {
         resize(&mut shown, width, height);
         shown.page.until(
@@ -78,7 +78,7 @@ fn small_screens_show_the_view_with_one_drawer_at_a_time() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn coordinates_are_not_covered_by_the_palette() {
     let mut shown = ScenePage::new(ROBOT);
-    shown.until("of('Pioneer_p3dx') && view.drawn > 1");
+    shown.until_shown("Pioneer_p3dx");
     resize(&mut shown, 1366, 768);
     shown.ask("store.select(of('Pioneer_p3dx').id)");
     shown.page.click_on("#move");

@@ -112,16 +112,19 @@ async function sceneOf(names, files) {
 async function addToScene(path) {
   const name = path.split("/").pop()?.replace(/\.\w+$/, "") ?? path;
   if (!scene.objects.size) {
+    // The scene may arrive before the answer does.
+    const arrival = new Promise((/** @type {(value?: undefined) => void} */ resolve) => { afterNextScene = resolve; });
     await call("tatu.newScene");
-    await new Promise((/** @type {(value?: undefined) => void} */ resolve) => { afterNextScene = resolve; });
+    await arrival;
   }
   const merge = newMergeKey();
   const [[created] = []] = await edit(t`Add ${name}`, [["sim.loadModel", path]], merge);
-  // The shape of a mesh has the name of its file.
-  if (MESH.test(path)) await edit(t`Add ${name}`, [["tatu.set", created, "object.alias", name.replace(/\W/g, "_")]], merge);
+  // The shape of a mesh has the name of its file. The object may arrive before its name does.
+  const ownAlias = MESH.test(path) ? name.replace(/\W/g, "_") : null;
+  if (ownAlias !== null) await edit(t`Add ${name}`, [["tatu.set", created, "object.alias", ownAlias]], merge);
   await whenPresent(created);
   selectWhenPresent([created]);
-  const alias = scene.objects.get(created)?.alias ?? name;
+  const alias = ownAlias ?? scene.objects.get(created)?.alias ?? name;
   const count = subtree(created).length;
   writeLine("Status", count > 1 ? t`Added ${alias}: ${count} objects` : t`Added ${alias}`);
 }
