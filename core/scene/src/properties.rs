@@ -8,7 +8,9 @@ use tatu_plugins::texts::label;
 use crate::{
     ALIAS_RULE, DerivedGeometry, Object, ObjectVariant, Scene,
     body_rules::has_special_surface,
-    centre_of_mass, from_euler, inertia, is_alias, mass, mechanisms, pose_from_array, pose_to_array,
+    centre_of_mass, from_euler, inertia, is_alias, mass, mechanisms,
+    object::any::MAX_COORDINATE,
+    pose_from_array, pose_to_array,
     property::{ChangeEffect, PropertyOwner, copy_numbers, refuse},
     property_table::Property,
     to_euler,
@@ -120,6 +122,11 @@ fn set_pose(scene: &mut Scene, slot: u32, row: Property, v: &[f64]) -> Option<Re
     let Some(whole) = whole else {
         return Some(refuse(TATU_ERR_ARGUMENT, format!("`{}`: the quaternion must not be zero", row.key())));
     };
+    if whole.translation.vector.amax() > MAX_COORDINATE {
+        let text =
+            format!("`{}`: coordinates must be between {:e} and {MAX_COORDINATE:e} m", row.key(), -MAX_COORDINATE);
+        return Some(refuse(TATU_ERR_ARGUMENT, text));
+    }
     local = match row {
         Property::WORLD_POSE => scene.parent_frame(slot).inverse() * whole,
         Property::QUATERNION => {

@@ -14,7 +14,7 @@ fn block(alias: &str, x: f64) -> String {
 /// Shows a scene with two blocks on a floor.
 fn blocks() -> ScenePage {
     let mut shown = ScenePage::new(&format!("{FLOOR}{}{}", block("left", -0.5), block("right", 0.5)));
-    shown.until("of('left')");
+    shown.until("of('left') !== undefined");
     shown.until_shown("right");
     shown
 }

@@ -72,7 +72,9 @@ use tatu_plugins::ParameterSpec;
 /// The kind of script that runs the stages of a step itself.
 pub const MAIN_KIND: &str = "main";
 /// The kinds of scripts that a document can contain.
-pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN_KIND, "threaded"];
+pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN_KIND, "threaded", REFEREE_KIND];
+/// The kind of script that judges a run: other scripts can neither see nor affect it.
+pub const REFEREE_KIND: &str = "referee";
 
 /// Names of the priorities of scripts; the index of a name is the priority.
 pub const PRIORITIES: &[&str] = &["first", "normal", "last"];
@@ -86,8 +88,8 @@ pub struct ScriptSpec {
     pub language: usize,
     /// Dialect of the script; if empty, the scene's dialect, or the one inferred from the source.
     pub dialect: String,
-    /// "child", "threaded", "customization" or "main"; for scripts that are not part of a document, "addon" or
-    /// "sandbox".
+    /// "child", "threaded", "customization", "main" or "referee"; for scripts that are not part of a document, "addon",
+    /// "sandbox" or "referee".
     pub kind: String,
     /// Order among the scripts of an object and of its siblings: 0 for first, 1 for the default, 2 for last.
     pub priority: u8,

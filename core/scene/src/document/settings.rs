@@ -96,6 +96,8 @@ pub struct WorldSettings {
     pub origin: [f64; 3],
     /// Seed of all random numbers of the world.
     pub seed: u64,
+    /// Simulated time after which a run ends if no length is given, s; 0 if the scene does not state it.
+    pub duration: f64,
     /// Default dialect of scripts; if empty, inferred from their source.
     pub dialect: String,
     /// Ids of the chosen providers, by schema, language or id of what they provide.
@@ -124,6 +126,7 @@ impl Default for WorldSettings {
             gravity: Vector3::new(0.0, 0.0, -9.81),
             origin: [0.0; 3],
             seed: 0,
+            duration: 0.0,
             dialect: String::new(),
             providers: BTreeMap::new(),
             budget: 50_000_000,
@@ -171,6 +174,7 @@ const KEYS: &[&str] = &[
     "origin.lon",
     "origin.alt",
     "seed",
+    "duration",
     "dialect",
     "budget.instructions",
     "budget.memory_mb",
@@ -247,6 +251,7 @@ fn set_lacks(s: &mut WorldSettings, value: &Value) -> Result<bool, String> {
 // The keys of `[scene]` that are not properties of the running world.
 properties! { IN_FILES: WorldSettings, PropertyOwner::World =>
     "text" text, None _: "Text for people.";
+    "duration" number in "s" from 0.0 to 1e9 = 0.0, None duration: "Simulated time after which a run or test ends if no length is given; 0: 10 s.";
     "dialect" text, None dialect: "Dialect of scripts.";
     "lacks" list, None { get |s: &WorldSettings| Value::List(s.lacks.iter().map(Value::text).collect()), set set_lacks }: "Parts of the scene's source that are not supported.";
     "plugins" list, None _: "Folders with plugins.";

@@ -198,13 +198,16 @@ impl Object {
 /// Bit mask of the layers that are shown: the lower eight of sixteen.
 const SHOWN_LAYERS: u32 = 0xFF;
 
+/// The largest coordinate that a position may have, m. Beyond it, a position is less exact than 0.1 um.
+pub(crate) const MAX_COORDINATE: f64 = 1e9;
+
 properties! { PROPERTIES: Object, PropertyOwner::Any =>
     "object.alias" text, None { get |o: &Object| Value::text(&o.alias) }: "Name of the object in paths; siblings can share it.";
     "object.name" text, None { get |o: &Object| Value::text(o.name()) }: "Unique name of the object: the alias, followed by `#n` on copies.";
     "object.path" text, ReadOnly _: "Path of the object in the tree of objects.";
     "object.kind" text, ReadOnly { get |o: &Object| Value::text(o.kind().name()) }: "Kind of the object.";
     "object.parent" object, Rebuild _: "Parent of the object; a change preserves the pose in the world.";
-    "object.position" numbers 3 in "m" = [0.0, 0.0, 0.0], Moved _: "Position in the parent's frame.";
+    "object.position" numbers 3 in "m" from (-MAX_COORDINATE) to MAX_COORDINATE = [0.0, 0.0, 0.0], Moved _: "Position in the parent's frame.";
     "object.quaternion" numbers 4 = [0.0, 0.0, 0.0, 1.0], Moved _: "Orientation in the parent's frame, x y z w.";
     "object.orientation" numbers 3 in "rad" = [0.0, 0.0, 0.0], Moved _: "Orientation in the parent's frame: intrinsic rotations about x, then y, then z.";
     "object.pose" numbers 7 = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], Moved _: "Position and quaternion in the parent's frame.";

@@ -15,7 +15,7 @@ use std::{path::Path, rc::Rc, sync::Arc};
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::{
-    document::{Document, ScriptSpec, SourceFiles},
+    document::{Document, REFEREE_KIND, ScriptSpec, SourceFiles},
     property_table::Property,
 };
 
@@ -175,11 +175,11 @@ impl World {
         }
     }
 
-    /// Adds a script that is not part of the document, of kind "addon" or "sandbox". It lives as long as the world and
+    /// Adds a script that is not part of the document, of kind "addon", "sandbox" or "referee". It lives as long as the world and
     /// is called after all others. Returns its slot, or an error if it has a different kind or no slot is free.
     pub fn attach(&self, spec: &ScriptSpec) -> Result<u32> {
         let kinds = OUTSIDE_KINDS;
-        if !kinds.contains(&spec.kind.as_str()) {
+        if !kinds.contains(&spec.kind.as_str()) && spec.kind != REFEREE_KIND {
             let error = Error::new("E102", format!("a script of kind `{}` cannot be attached to a world", spec.kind));
             return Err(error.expected(kinds.join(", ")));
         }

@@ -54,6 +54,12 @@ impl Reading {
 }
 
 impl World {
+    /// Returns the last payload of an event that a referee has published since the start. Events with this name that
+    /// other scripts publish are ignored.
+    pub fn verdict(&self, event: &str) -> Option<Value> {
+        self.cell().run.connections.verdicts.borrow().get(event).cloned()
+    }
+
     /// Returns the paths of all sensors, and of actuators that report readings, in the order in which they were
     /// created.
     pub fn sensors(&self) -> Vec<String> {

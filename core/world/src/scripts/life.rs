@@ -10,6 +10,8 @@
 //! | scene restored | | `afterSimulation` |
 //! | end of the world | | `cleanup` |
 //!
+//! Referees are called like child scripts, but begin as soon as their states exist, before the first pass.
+//!
 //! A driver, which is a script of kind `main`, is called before the other scripts, and requests the stages in which
 //! they are called.
 
@@ -37,6 +39,12 @@ impl Scripts {
         }
         if any {
             Self::choose_order(world);
+        }
+        if of_run {
+            // Referees see the scene before any other script of the run has changed it.
+            for script in Self::in_order(world).iter().filter(|s| s.kind == ScriptKind::Referee) {
+                script.ensure_initialised(world);
+            }
         }
     }
 

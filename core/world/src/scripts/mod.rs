@@ -61,6 +61,7 @@ impl Scripts {
         let mut scripts = world.run.scripts.try_borrow_mut().ok()?;
         scripts.list.push(script);
         scripts.sorted_at = 0;
+        scripts.seal_referees(world);
         Some(slot)
     }
 
@@ -225,7 +226,8 @@ impl Scripts {
     /// Calls a callback by name in all scripts that define it, except one.
     pub fn broadcast(world: &WorldCell, name: &[u8], args: &[tatu_value], except: u32) {
         for script in &*Self::in_order(world) {
-            if script.is_live(world) && script.slot != except && script.progress.initialised.get() {
+            let is_called = script.slot != except && !world.run.calls.hides(script.slot);
+            if is_called && script.is_live(world) && script.progress.initialised.get() {
                 let id = script.find(world, TATU_FIND_CALLBACK, name);
                 if id != 0 {
                     script.callback_with(world, id, args);
@@ -288,8 +290,15 @@ impl Scripts {
             replaced.extend(there);
             scripts.list.extend(outside);
             scripts.sorted_at = 0;
+            scripts.seal_referees(world);
         }
         replaced.iter().for_each(|script| script.end_replaced(world));
+    }
+
+    /// Hides the referees from everything but the host, and nothing else.
+    fn seal_referees(&self, world: &WorldCell) {
+        let referees = self.list.iter().filter(|s| s.kind == ScriptKind::Referee);
+        *world.run.calls.sealed.borrow_mut() = referees.map(|s| s.slot).collect();
     }
 
     /// Returns a summary of each script, in the order in which the scripts were added.

@@ -174,16 +174,20 @@ pub(super) fn slot<'a>(
     scene: &tatu_scene::Scene,
     object: tatu_object,
 ) -> Result<u32, tatu_status> {
+    let answer = answer.into();
+    let n = tatu_slot(object);
+    if answer.calls.hides(n) {
+        return Err(answer.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")));
+    }
     scene.resolve(object).map_err(|last| {
-        let n = tatu_slot(object);
         match last {
             Some(name) => {
-                answer.into().calls.refuse(TATU_ERR_GONE, &format!("object {n} (formerly `{name}`) has been removed"))
+                answer.calls.refuse(TATU_ERR_GONE, &format!("object {n} (formerly `{name}`) has been removed"))
             }
             None if object == 0 => {
-                answer.into().calls.refuse(TATU_ERR_MISSING, "the world itself is not an object of the scene")
+                answer.calls.refuse(TATU_ERR_MISSING, "the world itself is not an object of the scene")
             }
-            None => answer.into().calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
+            None => answer.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
         }
     })
 }

@@ -324,7 +324,10 @@ unsafe extern "C" fn remove(w: WorldRef<'_>, objects: *const tatu_object, n: u32
                     world.publish_object_event("object_removed", &scene, s);
                 }
                 for script in scene.scripts(s) {
-                    scene.remove(script);
+                    match world.run.calls.hides(script) {
+                        true => drop(scene.set_parent(script, 0)),
+                        false => drop(scene.remove(script)),
+                    }
                 }
                 scene.remove(s);
             }
@@ -357,6 +360,7 @@ unsafe extern "C" fn list(
             if flags & TATU_LIST_SKIP_BASE != 0 && base != 0 {
                 slots.remove(0);
             }
+            slots.retain(|s| !world.run.calls.hides(*s));
             let wanted = |s: &u32| kinds == 0 || scene.get(*s).is_some_and(|o| kinds & (1 << abi_kind(o.kind())) != 0);
             let ids: Vec<_> = slots.into_iter().filter(wanted).map(|s| scene.id(s)).collect();
             fill(&ids, out, cap, n)

@@ -8,7 +8,7 @@ use std::{
 use tatu_plugin_api::abi::*;
 use tatu_scene::{
     ObjectVariant, Scene,
-    document::{self, Document, MAIN_KIND, ScriptSpec},
+    document::{self, Document, MAIN_KIND, REFEREE_KIND, ScriptSpec},
 };
 
 use super::answer::{busy, input_slice, on_world, output_slice, require, slot};
@@ -191,9 +191,9 @@ fn refuse_full(world: &WorldCell) -> tatu_status {
     world.run.calls.refuse(TATU_ERR_SPACE, "the world already has a million objects, which is the limit")
 }
 
-/// Adds scripts to an object, except main scripts, of which a scene has only one.
+/// Adds scripts to an object, except main scripts and referees, which copies must not multiply.
 fn add_scripts(world: &WorldCell, owner: u32, scripts: &[ScriptSpec]) {
-    for spec in scripts.iter().filter(|s| s.kind != MAIN_KIND && ScriptKind::parse(&s.kind).is_some()) {
+    for spec in scripts.iter().filter(|s| s.kind != MAIN_KIND && s.kind != REFEREE_KIND && ScriptKind::parse(&s.kind).is_some()) {
         Scripts::add(world, owner, spec);
     }
 }

@@ -108,6 +108,8 @@ pub(crate) struct RunPacing {
     /// Number of single steps that remain to be run while the simulation is held.
     pub(crate) pending_steps: u64,
     pub(crate) last_frame: Instant,
+    /// When a client last requested something, or something was last seen to change.
+    pub(crate) last_activity: Instant,
     pub(crate) last_readings: Instant,
     pub(crate) last_details: Instant,
 }
@@ -239,6 +241,7 @@ impl Service for WebService {
                 held: false,
                 pending_steps: 0,
                 last_frame: now,
+                last_activity: now,
                 last_readings: now,
                 last_details: now,
             },
@@ -419,6 +422,7 @@ impl WebState {
                     break;
                 }
                 let Some(line) = guest.client.next() else { break };
+                self.pacing.last_activity = Instant::now();
                 let asked = match FromPage::parse(&line) {
                     Ok(asked) => asked,
                     Err(refused) => {

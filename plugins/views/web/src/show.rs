@@ -29,6 +29,11 @@ const READINGS_INTERVAL: Duration = Duration::from_millis(100);
 const DETAILS_INTERVAL: Duration = Duration::from_millis(500);
 /// Minimum interval between two rounds of comparisons of all objects.
 const COMPARISON_INTERVAL: Duration = Duration::from_millis(200);
+/// The world rests if nothing has changed and no client has requested anything for this time.
+const REST_DELAY: Duration = Duration::from_secs(1);
+/// How many times as long the intervals for frames and comparisons are while the world rests. What other programs and
+/// scripts change then is seen later by this factor at most.
+const REST_FACTOR: u32 = 5;
 
 impl WebState {
     /// Queues all messages that are due, for all clients.
@@ -39,7 +44,10 @@ impl WebState {
         }
         let now = Instant::now();
         let fresh = self.clients.iter().any(|g| !g.scene_sent);
-        if !fresh && now - self.pacing.last_frame < FRAME_INTERVAL {
+        if turn.state() == TATU_RUNNING {
+            self.pacing.last_activity = now;
+        }
+        if !fresh && now - self.pacing.last_frame < FRAME_INTERVAL * self.rest_factor(now) {
             return Ok(());
         }
         self.pacing.last_frame = now;
@@ -66,6 +74,7 @@ impl WebState {
             let (all, time) = (EncodedMotion::read(turn, p, &self.view.scene)?, turn.f64(0, p.time)?);
             for guest in self.clients.iter_mut().filter(|g| g.client.out.wants_frame()) {
                 if let Some(frame) = all.frame_since(&mut guest.sent_frame, step, time) {
+                    self.pacing.last_activity = now;
                     guest.client.out.set_frame(frame);
                 }
                 guest.watch.take_message().into_iter().for_each(|m| guest.client.out.send(m.message()));
@@ -81,6 +90,11 @@ impl WebState {
             self.queue_details(turn);
         }
         Ok(())
+    }
+
+    /// Returns the factor for the intervals of what must be compared with what was sent.
+    fn rest_factor(&self, now: Instant) -> u32 {
+        if now - self.pacing.last_activity > REST_DELAY { REST_FACTOR } else { 1 }
     }
 
     /// Queues the lines of output that have not been sent.
@@ -115,6 +129,7 @@ impl WebState {
         if let Some(file) = turn.get(0, p.file)?.as_str() {
             self.recent.add(Path::new(&*file));
         }
+        self.pacing.last_activity = Instant::now();
         (self.view.world, self.view.scene_outdated) = (turn.raw().ptr().addr(), false);
         self.clients.iter_mut().for_each(|g| g.scene_sent = false);
         self.sent_readings = readings::SentReadings::default();
@@ -124,7 +139,8 @@ impl WebState {
     /// Continues the comparison of objects if it is due, and queues the objects that have changed other than by moving.
     fn queue_changes(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props, now: Instant) -> Result {
         if self.view.changes.starts_round() {
-            if self.view.last_round.is_some_and(|last| now - last < COMPARISON_INTERVAL) {
+            let interval = COMPARISON_INTERVAL * self.rest_factor(now);
+            if self.view.last_round.is_some_and(|last| now - last < interval) {
                 return Ok(());
             }
             self.view.last_round = Some(now);
@@ -133,6 +149,7 @@ impl WebState {
             DetectedChange::Unchanged => {}
             DetectedChange::Scene => self.read_scene(turn, p)?,
             DetectedChange::Objects(messages) => {
+                self.pacing.last_activity = now;
                 self.view.scene_outdated = true;
                 for guest in self.clients.iter().filter(|g| g.scene_sent) {
                     messages.iter().for_each(|m| guest.client.out.send(m.clone()));

@@ -43,6 +43,8 @@ pub(crate) struct CallStack {
     pub blame: RefCell<Option<(String, String)>>,
     /// Ids of the stub commands that have been reported.
     pub stubs: RefCell<BTreeSet<u32>>,
+    /// The slots of scripts that only they themselves and the host may see.
+    pub sealed: RefCell<Vec<u32>>,
 }
 
 /// The caller of a command or host function. The host fills it in from its own stack and ignores values that plugins
@@ -90,6 +92,7 @@ impl CallStack {
             thread_results: ThreadResults::default(),
             blame: RefCell::new(None),
             stubs: RefCell::new(BTreeSet::new()),
+            sealed: RefCell::new(Vec::new()),
         }
     }
 
@@ -120,6 +123,20 @@ impl CallStack {
         }
         self.depth.set(depth + 1);
         Some(CallLevel { calls: self, depth, caller: self.caller.get() })
+    }
+
+    /// Returns whether a slot is that of a script which the current caller must not see.
+    pub fn hides(&self, slot: u32) -> bool {
+        let caller = self.caller.get();
+        caller.kind != TATU_CALLER_HOST
+            && tatu_slot(caller.script) != slot
+            && self.sealed.try_borrow().is_ok_and(|all| all.contains(&slot))
+    }
+
+    /// Returns whether the current caller is a referee.
+    pub fn is_by_referee(&self) -> bool {
+        let slot = tatu_slot(self.caller.get().script);
+        self.sealed.try_borrow().is_ok_and(|all| all.contains(&slot))
     }
 
     /// Records why a host function was refused, and returns the status.

@@ -12,6 +12,9 @@ pub(crate) enum ScriptKind {
     Child,
     /// Its state exists as long as the world.
     Customization,
+    /// Judges a run, so other scripts, plugins and clients can neither see nor affect it: it begins before all other
+    /// scripts, is called after them, and outlives its object. Its state exists from start to stop.
+    Referee,
     /// Belongs to no object of the scene; its state exists as long as the world.
     Addon,
     /// Like an add-on, but called after all others.
@@ -24,11 +27,11 @@ impl ScriptKind {
         use ScriptKind::*;
         let at = tatu_scene::document::SCRIPT_KINDS.iter().chain(OUTSIDE_KINDS).position(|k| *k == name)?;
         // "threaded" is a child script as well; only its language distinguishes them, by the name.
-        Some([Child, Customization, Main, Child, Addon, Sandbox][at])
+        Some([Child, Customization, Main, Child, Referee, Addon, Sandbox][at])
     }
     /// Returns whether the state of such a script exists only from start to stop.
     pub fn ends_with_run(self) -> bool {
-        matches!(self, ScriptKind::Main | ScriptKind::Child)
+        matches!(self, ScriptKind::Main | ScriptKind::Child | ScriptKind::Referee)
     }
 }
 

@@ -6,7 +6,7 @@
 //! - Deepest first: child scripts, then customization scripts; within a kind, by depth in the whole scene, and at equal
 //!   depth in the order of the hierarchy. The priority orders only the scripts of one object.
 //!
-//! Add-ons and the sandbox are called last. The languages of the scripts determine the order of a world.
+//! Add-ons, the sandbox and referees are called last. The languages of the scripts determine the order of a world.
 
 use std::{collections::BTreeMap, rc::Rc};
 
@@ -31,6 +31,7 @@ pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: ScriptOrder
         ScriptKind::Customization => 3,
         ScriptKind::Addon => 4,
         ScriptKind::Sandbox => 5,
+        ScriptKind::Referee => 6,
     };
     let places = match order {
         ScriptOrder::DeepestFirst => by_depth(scene),

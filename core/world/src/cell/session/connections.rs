@@ -33,6 +33,8 @@ pub(crate) struct Connections {
     pub client: Cell<u64>,
     /// Options of scripts that are not part of the document, by slot.
     pub options: RefCell<BTreeMap<u32, Value>>,
+    /// The last payload of each event that a referee has published since the start, by name.
+    pub verdicts: RefCell<BTreeMap<String, Value>>,
     /// Events for scripts.
     pub bus: EventBus,
     /// Events queued for services until the next barrier.
@@ -104,6 +106,7 @@ impl Default for Connections {
             interactive: Cell::default(),
             client: Cell::default(),
             options: RefCell::default(),
+            verdicts: RefCell::default(),
             bus: EventBus::default(),
             events: RefCell::default(),
             record: InputRecord {
@@ -152,6 +155,7 @@ impl Connections {
     }
     /// Resets the state of the run when the world starts.
     pub fn begin(&self) {
+        self.verdicts.borrow_mut().clear();
         self.record.log.borrow_mut().clear();
         self.opened_files.borrow_mut().clear();
         self.inputs.borrow_mut().clear();

@@ -114,6 +114,7 @@ const texts = {
   "Select {0}": "Selecionar {0}",
   "Joint position": "Posição da junta",
   "Joints ({0})": "Juntas ({0})",
+  "Passive joints ({0})": "Juntas passivas ({0})",
   "Reset joints of {0}": "Restaurar as juntas de {0}",
   "simulation started": "a simulação começou",
   "simulation stopped: the scene was reset": "a simulação parou: a cena foi restaurada",

@@ -17,9 +17,9 @@ import { textInput } from "tatu/panels/property_fields";
 /** @import { SceneObject } from "tatu/protocol" */
 /**
  * A joint with its slider. Positions are in rad or m: `range` is that of the slider, `began` the position when the
- * joint was selected, `now` the current position. `sliding` is the value of `merge` during a drag of the slider,
- * otherwise "".
- * @typedef {{ id: number, alias: string, unit: { text: string, factor: number }, range: [number, number], began: number, now: number,
+ * joint was selected, `now` the current position. `isPassive` is set if no motor drives the joint. `sliding` is the value
+ * of `merge` during a drag of the slider, otherwise "".
+ * @typedef {{ id: number, alias: string, isPassive: boolean, unit: { text: string, factor: number }, range: [number, number], began: number, now: number,
  *   slider: HTMLInputElement, field: { element: HTMLElement, update: (text: string) => void }, live: HTMLElement,
  *   sliding: string }} JointSlider
  */
@@ -89,7 +89,7 @@ function show(j) {
  */
 async function createSlider(o) {
   const isPrismatic = o.joint?.type === "prismatic";
-  const [limits, cyclic, position] = await Promise.all([readJoint(o.id, "limits"), readJoint(o.id, "cyclic"), readJoint(o.id, "position")]);
+  const [limits, cyclic, position, mode, control] = await Promise.all(["limits", "cyclic", "position", "mode", "control"].map((key) => readJoint(o.id, key)));
   const unit = unitOf("rad|m", isPrismatic);
   const free = isPrismatic ? FREE_RANGE.slides : FREE_RANGE.turns;
   const bounded = !cyclic && Array.isArray(limits) && limits.every(Number.isFinite) && limits[0] < limits[1];
@@ -105,7 +105,7 @@ async function createSlider(o) {
     await moveJoint(j, to);
   }, (text) => { errorText.textContent = text; });
   /** @type {JointSlider} */
-  const j = { id: o.id, alias: o.alias, unit, range, began: position ?? 0, now: position ?? 0, slider, field, live: make("span", { className: "live" }), sliding: "" };
+  const j = { id: o.id, alias: o.alias, unit, range, isPassive: mode === "dynamic" && (control === "free" || control === "spring"), began: position ?? 0, now: position ?? 0, slider, field, live: make("span", { className: "live" }), sliding: "" };
   const send = sendLatest((/** @type {{ to: number, merge: string }} */ { to, merge }) => moveJoint(j, to, merge));
   slider.oninput = () => {
     j.sliding ||= newMergeKey();
@@ -114,6 +114,16 @@ async function createSlider(o) {
   };
   slider.onchange = () => { j.sliding = ""; };
   return j;
+}
+
+/** Creates the row that shows a joint. @param {JointSlider} j */
+function rowOf(j) {
+  const row = make("div", { className: "joint" });
+  const name = make("button", { type: "button", className: "link", textContent: j.alias, title: t`Select ${j.alias}` });
+  name.onclick = () => select(j.id);
+  row.append(name, j.field.element, make("span", { className: "unit", textContent: j.unit.text }), j.slider, j.live);
+  show(j);
+  return row;
 }
 
 /** The joints with sliders, as a string for comparison. */
@@ -139,14 +149,12 @@ async function build() {
   if (number !== buildCount) return;
   joints = new Map(found.map((j) => [j.id, j]));
   errorText.textContent = "";
-  list.replaceChildren(...found.map((j) => {
-    const row = make("div", { className: "joint" });
-    const name = make("button", { type: "button", className: "link", textContent: j.alias, title: t`Select ${j.alias}` });
-    name.onclick = () => select(j.id);
-    row.append(name, j.field.element, make("span", { className: "unit", textContent: j.unit.text }), j.slider, j.live);
-    show(j);
-    return row;
-  }));
+  const passive = found.filter((j) => j.isPassive);
+  if (passive.length && passive.length < found.length) {
+    const folded = make("details", { className: "passive" });
+    folded.append(make("summary", { textContent: t`Passive joints (${passive.length})` }), ...passive.map(rowOf));
+    list.replaceChildren(...found.filter((j) => !j.isPassive).map(rowOf), folded);
+  } else list.replaceChildren(...found.map(rowOf));
   summary.textContent = found.length === 1 ? t`Joint position` : t`Joints (${found.length})`;
   reset.hidden = !rights.canControl;
   panel.hidden = false;
