@@ -3,6 +3,7 @@
 mod addons;
 mod args;
 mod card;
+mod child_run;
 mod commands;
 mod graphs;
 mod hashes;
@@ -38,6 +39,8 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Pack(pack) => commands::pack::pack(&pack),
         args::Command::Unpack(unpack) => commands::pack::unpack(&unpack),
         args::Command::Verify(verify) => commands::verify::verify(&verify),
+        args::Command::Test(test) => commands::test::test(&test),
+        args::Command::Grade(grade) => commands::grade::grade(&grade),
         args::Command::Import(import) => commands::import::import(&import),
         args::Command::Export(export) => commands::export::export(&export),
         args::Command::Describe(describe) => commands::describe::describe(&describe),

@@ -7,6 +7,7 @@ pub mod describe;
 pub mod diff;
 pub mod export;
 pub mod generate;
+pub mod grade;
 pub mod import;
 pub mod list;
 pub mod lock;
@@ -18,6 +19,7 @@ pub mod run;
 pub mod serve;
 pub mod subcommand;
 pub mod sweep;
+pub mod test;
 pub mod verify;
 
 use std::{path::Path, sync::Arc};
@@ -27,7 +29,10 @@ use tatu_core::{
     errors::Error,
     plugins::{CopyFolder, Registry},
 };
-use tatu_embed::search::{self, SearchFolders, built_plugins, search_folders};
+use tatu_embed::{
+    exercise,
+    search::{self, SearchFolders, built_plugins, search_folders},
+};
 use tatu_plugin_api::abi::TATU_REPORT_WARNING;
 use tatu_terminal::{Watchdog, report};
 
@@ -98,7 +103,8 @@ fn warn_missing_plugins(registry: &Registry) {
 
 /// Loads the document of a scene with the changes of the command line.
 pub fn load(scene: &Path, options: &LoadOptions, registry: &Registry) -> Result<Arc<Document>, Error> {
-    let document = document::load(scene, registry, options)?;
+    let mut document = document::load(scene, registry, options)?;
+    exercise::appoint_referees(&mut document);
     for r in &document.reports {
         match r.severity {
             TATU_REPORT_WARNING => report::warn_text(&r.text),

@@ -16,6 +16,7 @@
 //! process.
 
 mod batch;
+pub mod exercise;
 mod host;
 mod job_queue;
 pub mod pack;

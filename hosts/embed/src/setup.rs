@@ -14,7 +14,10 @@ use tatu_core::{
     plugins::{FolderOrigin, Registry, SearchPath, protected_state::share_process},
 };
 
-use crate::search::{self, SearchFolders, search_folders, user_settings};
+use crate::{
+    exercise,
+    search::{self, SearchFolders, search_folders, user_settings},
+};
 
 /// The source of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,13 +145,14 @@ impl WorldTemplate {
         share_process();
         let registry = shared_registry(setup, false)?;
         let mut warnings: Vec<String> = registry.load_report.refused.iter().map(ToString::to_string).collect();
-        let document = match document::load(&setup.file(), &registry, &setup.options()?) {
+        let mut document = match document::load(&setup.file(), &registry, &setup.options()?) {
             Ok(document) => document,
             Err(e) => {
                 release_registry(registry);
                 return Err(e);
             }
         };
+        exercise::appoint_referees(&mut document);
         warnings.extend(document.reports.iter().map(|r| r.text.clone()));
         Ok(WorldTemplate { registry, document: Arc::new(document), warnings })
     }
@@ -160,7 +164,8 @@ impl WorldTemplate {
     pub fn reload(&self, setup: &WorldSetup) -> Result<Self> {
         // The contents that were read first are used, even if the files have changed since.
         let options = LoadOptions { sources: self.document.sources.clone(), ..setup.options()? };
-        let document = document::load(&setup.file(), &self.registry, &options)?;
+        let mut document = document::load(&setup.file(), &self.registry, &options)?;
+        exercise::appoint_referees(&mut document);
         Ok(WorldTemplate { document: Arc::new(document), ..self.clone() })
     }
 

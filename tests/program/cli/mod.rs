@@ -4,6 +4,7 @@ mod command_line;
 mod demos;
 mod describe;
 mod export;
+mod grade;
 mod import;
 #[cfg(unix)]
 mod interactive;
@@ -15,3 +16,4 @@ mod output_files;
 mod outputs;
 mod subcommand;
 mod sweep;
+mod test_command;

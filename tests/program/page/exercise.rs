@@ -116,9 +116,8 @@ fn a_robot_that_jumps_reaches_no_goal() {
         let place = TestFolder::new();
         place.write("jump.lua", &jump.replace("METHOD", method));
         let scene = root().join("scenes/learn/exercise_reach_the_flag.toml");
-        let run = place
-            .tatu(&["run", scene.to_str().unwrap(), "--seconds", "1", "--script", "/Pioneer_p3dx=jump.lua"])
-            .good();
+        let run = place.tatu(&["run", scene.to_str().unwrap(), "--seconds", "1", "--script", "/Pioneer_p3dx=jump.lua"]);
+        assert_eq!(run.code, 3, "{}", run.err);
         let text = run.err.clone() + &run.out;
         assert!(text.contains("failed at 0.05 s: Drive, do not jump"), "{method}: {text}");
         assert!(text.matches("failed at").count() >= 4 && !text.contains("reached at 1"), "{method}: {text}");

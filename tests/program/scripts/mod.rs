@@ -25,6 +25,7 @@ mod planning;
 mod python;
 mod python_course;
 mod python_hostile;
+mod referees;
 mod returns;
 pub mod ros_actions;
 mod script_errors;

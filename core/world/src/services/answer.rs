@@ -179,16 +179,10 @@ pub(super) fn slot<'a>(
     if answer.calls.hides(n) {
         return Err(answer.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")));
     }
-    scene.resolve(object).map_err(|last| {
-        match last {
-            Some(name) => {
-                answer.calls.refuse(TATU_ERR_GONE, &format!("object {n} (formerly `{name}`) has been removed"))
-            }
-            None if object == 0 => {
-                answer.calls.refuse(TATU_ERR_MISSING, "the world itself is not an object of the scene")
-            }
-            None => answer.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
-        }
+    scene.resolve(object).map_err(|last| match last {
+        Some(name) => answer.calls.refuse(TATU_ERR_GONE, &format!("object {n} (formerly `{name}`) has been removed")),
+        None if object == 0 => answer.calls.refuse(TATU_ERR_MISSING, "the world itself is not an object of the scene"),
+        None => answer.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
     })
 }
 

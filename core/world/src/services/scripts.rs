@@ -34,7 +34,8 @@ unsafe extern "C" fn list(
                 0 => 0,
                 o => slot(world, &scene, o)?,
             };
-            let all: Vec<_> = scene.scripts(owner).into_iter().filter(|s| !world.run.calls.hides(*s)).map(|s| scene.id(s)).collect();
+            let all: Vec<_> =
+                scene.scripts(owner).into_iter().filter(|s| !world.run.calls.hides(*s)).map(|s| scene.id(s)).collect();
             fill(&all, out, cap, n)
         })
     }

@@ -193,7 +193,9 @@ fn refuse_full(world: &WorldCell) -> tatu_status {
 
 /// Adds scripts to an object, except main scripts and referees, which copies must not multiply.
 fn add_scripts(world: &WorldCell, owner: u32, scripts: &[ScriptSpec]) {
-    for spec in scripts.iter().filter(|s| s.kind != MAIN_KIND && s.kind != REFEREE_KIND && ScriptKind::parse(&s.kind).is_some()) {
+    for spec in
+        scripts.iter().filter(|s| s.kind != MAIN_KIND && s.kind != REFEREE_KIND && ScriptKind::parse(&s.kind).is_some())
+    {
         Scripts::add(world, owner, spec);
     }
 }

@@ -11,7 +11,8 @@ mod terminal;
 
 use std::{
     cell::RefCell,
-    path::PathBuf,
+    collections::BTreeMap,
+    path::{Path, PathBuf},
     process::ExitCode,
     rc::Rc,
     sync::{
@@ -24,14 +25,18 @@ use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
 use tatu_core::{
     Phase, Session, World,
-    document::ServiceOverride,
+    document::{REFEREE_KIND, ScriptSpec, ServiceOverride},
     errors::{Error, Fault},
     plugins::{CopyFolder, Registry},
     reload::{HotReload, ReloadReport},
     session::file,
     state::StateHash,
 };
-use tatu_plugin_api::abi::*;
+use tatu_embed::exercise::{self, Goal};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{MAX_FILE_BYTES, read_plain},
+};
 
 use clock::{RunClock, RunTimes};
 use pace::RunPace;
@@ -49,8 +54,11 @@ use crate::{
 /// Default length of a run, s of simulation time.
 const DEFAULT_SECONDS: f64 = 10.0;
 
-/// Runs a scene. The exit code is 0 on success, 1 if an error occurred during the run, and 2 if it could not be
-/// started.
+/// Exit code of a run without errors in which a goal was not reached.
+const GOALS_EXIT_CODE: u8 = 3;
+
+/// Runs a scene. The exit code is 0 on success, 1 if an error occurred during the run, 2 if it could not be started, and
+/// 3 if a goal was not reached.
 pub fn run(args: &RunArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, args.ending.json);
     let run = || start(args, &watchdog).and_then(|ready| run_world(args, ready, &watchdog));
@@ -140,6 +148,9 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
     if let Some(values) = &values {
         world.enable_stand_ins(values);
     }
+    if let Some(file) = &args.criteria {
+        attach_criteria(file, &world, &registry)?;
+    }
     let session = match &replay {
         None if !document.requests.services.is_empty() => {
             let session = Session::new(registry.clone(), &document.requests.services)?;
@@ -178,7 +189,11 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
         (None, Some(s), _) => s.is_finite().then(|| (s / world.dt()).round() as u64),
         (None, None, Some(n)) => Some(n),
         (None, None, None) if session.is_some() && args.records.html.is_none() || args.pace.interactive => None,
-        (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),
+        (None, None, None) => {
+            let stated = document.settings.duration;
+            let seconds = if stated > 0.0 { stated } else { DEFAULT_SECONDS };
+            Some((seconds / world.dt()).round() as u64)
+        }
     };
     let reload = args.reload.then(|| HotReload::new(scene, &options, &world));
     let one_more_barrier =
@@ -191,6 +206,15 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
         }
     }
     Ok(ReadyRun { world, registry, session, log, capsule: record, steps, logged, one_more_barrier, snapshots, reload })
+}
+
+/// Adds a script that judges the run.
+fn attach_criteria(file: &Path, world: &World, registry: &Registry) -> Result<(), Error> {
+    let text = read_plain(file, MAX_FILE_BYTES)
+        .map_err(|e| Error::new("E105", format!("cannot read the criteria {}: {e}", file.display())))?;
+    let language = registry.language(&file.to_string_lossy(), &BTreeMap::new())?;
+    world.attach(&ScriptSpec::external(language, REFEREE_KIND, file.display().to_string(), text))?;
+    Ok(())
 }
 
 fn no_scene() -> Error {
@@ -331,6 +355,7 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
     }
     let scripts = crate::scripts::summarize(&world);
     world.end();
+    let goals = exercise::goals(&world);
     let badly_ended = session.map(Session::end).unwrap_or_default();
     badly_ended.iter().for_each(report::error);
     world.take_lines().iter().for_each(|l| print_log_line(args, l));
@@ -345,7 +370,8 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
         report::report_lost_output(e);
     }
     let faults = world.faults();
-    let ran = RunResult { steps: done, time, times, reloads: reload.is_some().then_some(reloads), stand_ins };
+    let are_reached = goals.iter().all(Goal::is_reached);
+    let ran = RunResult { steps: done, time, times, reloads: reload.is_some().then_some(reloads), stand_ins, goals };
     print_summary(args, &ran, &hash, objects, &faults, (scripts, parts));
     watchdog.set_summary_printed();
     // A reload creates a new registry, so the world's current one is used.
@@ -358,7 +384,11 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
         && unwritten.is_empty()
         && undrawn.is_empty()
         && recorded.is_ok();
-    Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(match (good, are_reached) {
+        (false, _) => ExitCode::FAILURE,
+        (true, false) => ExitCode::from(GOALS_EXIT_CODE),
+        (true, true) => ExitCode::SUCCESS,
+    })
 }
 
 /// Refuses to start a strict run if there are warnings.
@@ -453,6 +483,8 @@ struct RunResult {
     reloads: Option<u64>,
     /// The stand-ins, if the script ran without its scene.
     stand_ins: Option<Vec<Value>>,
+    /// The goals that the referee has reported.
+    goals: Vec<Goal>,
 }
 
 fn print_summary(
@@ -472,6 +504,9 @@ fn print_summary(
         });
         if parts.as_array().is_some_and(|all| !all.is_empty()) {
             out["parts"] = parts;
+        }
+        if !ran.goals.is_empty() {
+            out["goals"] = json!(ran.goals);
         }
         if let Some(n) = reloads {
             out["reloads"] = n.into();
@@ -495,6 +530,10 @@ fn print_summary(
     }
     if let Some(n) = reloads.filter(|n| *n > 0) {
         report::err!("{n} reload(s): this run cannot be repeated");
+    }
+    if !ran.goals.is_empty() {
+        let reached = ran.goals.iter().filter(|g| g.is_reached()).count();
+        report::err!("{reached} of {} goal(s) reached", ran.goals.len());
     }
     if !faults.is_empty() {
         let n: u64 = faults.iter().map(|f| f.count).sum();

@@ -38,6 +38,8 @@ enum NewItem {
     Scene(NewItemArgs),
     /// A robot without code: a model folder, and scenes that use it.
     Robot(NewItemArgs),
+    /// An exercise for a class: a scene, a script to start from, goals, and criteria for `tatu grade`.
+    Course(NewItemArgs),
 }
 
 /// Runs `tatu new`. Returns exit code 0, or 2 after an error.
@@ -47,6 +49,7 @@ pub fn new(args: &NewArgs) -> ExitCode {
         NewItem::Addon(n) => templates::addon(n),
         NewItem::Scene(n) => templates::scene(n),
         NewItem::Robot(n) => templates::robot(n),
+        NewItem::Course(n) => templates::course(n),
     };
     match made {
         Ok(()) => ExitCode::SUCCESS,

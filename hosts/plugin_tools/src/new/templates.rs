@@ -1,4 +1,4 @@
-//! `tatu new addon`, `scene`, `robot`: folders without code to compile.
+//! `tatu new addon`, `scene`, `robot`, `course`: folders without code to compile.
 
 use tatu_core::errors::Result;
 
@@ -14,6 +14,18 @@ pub fn scene(named: &NewItemArgs) -> Result {
 
 pub fn robot(named: &NewItemArgs) -> Result {
     create_from_template(named, "robot", "my_robot", &["tatu run FOLDER/scene.toml"])
+}
+
+pub fn course(named: &NewItemArgs) -> Result {
+    create_from_template(
+        named,
+        "course",
+        "my_course",
+        &[
+            "tatu open FOLDER/scene.toml",
+            "tatu grade FOLDER/scene.toml FOLDER/teacher/criteria.lua FOLDER/teacher/solution.lua",
+        ],
+    )
 }
 
 /// Writes the files of a template, and prints the commands `next`, in which FOLDER and NAME are replaced.

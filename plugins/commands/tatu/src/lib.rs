@@ -36,6 +36,7 @@ impl Plugin for Tatu {
         scenes::offer(offer);
         // The prelude only declares the prefix of this API's names.
         offer.prelude("lua", "", "return { api = { 'tatu.' } }");
+        offer.prelude("lua", "tatu.goals", include_str!("goals.lua"));
     }
 }
 
