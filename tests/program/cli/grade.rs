@@ -205,9 +205,10 @@ fn a_new_course_can_be_solved_tested_and_graded() {
     let place = TestFolder::new();
     place.tatu(&["new", "course", "maze"]).good();
     place.tatu(&["check", "maze/scene.toml"]).good();
-    let run = place.tatu(&["test", "maze"]);
+    let run = place.tatu(&["test", "maze", "--set", "scene.duration_s=2"]);
     assert_eq!(run.code, 3, "{}{}", run.out, run.err);
-    let graded =
-        place.tatu(&["grade", "maze/scene.toml", "maze/teacher/criteria.lua", "maze/teacher/solution.lua"]).good();
+    let args =
+        ["grade", "maze/scene.toml", "maze/teacher/criteria.lua", "maze/teacher/solution.lua", "--seconds", "20"];
+    let graded = place.tatu(&args).good();
     assert!(graded.out.contains("solution  10 of 10"), "{}", graded.out);
 }

@@ -7,7 +7,7 @@ use tatu_plugin_api::safe::Value;
 use super::{edited::EditedScene, entries::EntryIndex};
 use crate::{
     Scene,
-    document::{DeviceSpec, DocumentBuilder, ScriptSpec, live},
+    document::{DeviceSpec, DocumentBuilder, REFEREE_KIND, ScriptSpec, live},
     get,
     property_table::Property,
 };
@@ -160,7 +160,9 @@ pub fn same_scripts(was: &[ScriptSpec], is: &[ScriptSpec], dialect: &str) -> boo
 
 /// Returns whether two scripts are equal except for their source code and names.
 pub fn same_kind(was: &ScriptSpec, is: &ScriptSpec, dialect: &str) -> bool {
-    let of = |s: &ScriptSpec| (s.language, s.kind.clone(), s.priority, s.side_by_side);
+    // The host may read child scripts as referees; in a live scene, nothing turns the one into the other.
+    let kind = |s: &ScriptSpec| if s.kind == REFEREE_KIND { "child".to_owned() } else { s.kind.clone() };
+    let of = |s: &ScriptSpec| (s.language, kind(s), s.priority, s.side_by_side);
     let same_dialect = was.dialect == is.dialect || (was.dialect.is_empty() && is.dialect == dialect);
     of(was) == of(is) && same_dialect
 }
