@@ -29,6 +29,8 @@ const texts = {
   "{0} has a text of {1} that was not saved.": "{0} tem um texto de {1} que não foi salvo.",
   "The file will not have the new text of the script, which is still in the editor": "O arquivo não terá o novo texto do script, que ainda está no editor",
   "Not started, because the new text of the script is not in the scene": "Não iniciada, porque o novo texto do script não está na cena",
+  "Not handed in, because the new text of the script is not in the scene": "Não entregue, porque o novo texto do script não está na cena",
+  "The film in {0} is older than the text of {1}: run the scene again and hand in again": "O filme em {0} é mais antigo que o texto de {1}: execute a cena e entregue de novo",
   "the script": "o script",
   "The unsaved text of {0} is kept: open the script again to continue with it": "O texto não salvo de {0} foi guardado: abra o script de novo para continuar",
   "{0}: the new text is in the scene": "{0}: o novo texto está na cena",
