@@ -29,6 +29,16 @@ function moveTo(box, x, y) {
 }
 
 /**
+ * Moves a window to a position in the view, clamped so that all of it is in the view if it fits.
+ * @param {HTMLElement} box
+ * @param {number} x
+ * @param {number} y
+ */
+function moveInside(box, x, y) {
+  moveTo(box, Math.max(0, Math.min(x, host.clientWidth - box.offsetWidth)), Math.max(0, Math.min(y, host.clientHeight - box.offsetHeight)));
+}
+
+/**
  * Returns a position at which a new window does not cover another one, as far to the right as possible. If there is
  * none, returns one with a small offset that depends on the number of windows.
  * @param {HTMLElement} box
@@ -118,7 +128,8 @@ export function openFloatingWindow({ key, title: text, width, height, closed }) 
   box.style.zIndex = String(++topLayer);
   host.append(box);
   const placement = w ? null : freePosition(box);
-  moveTo(box, placement?.x ?? x ?? 0, placement?.y ?? y ?? 0);
+  // The view may have been larger when the placement was stored.
+  moveInside(box, placement?.x ?? x ?? 0, placement?.y ?? y ?? 0);
   sizeObserver.observe(box);
   return { box, bar, title, body, close };
 }
@@ -127,8 +138,6 @@ export function openFloatingWindow({ key, title: text, width, height, closed }) 
 new ResizeObserver(() => {
   if (!host.clientWidth) return;
   for (const box of host.querySelectorAll(".pane")) {
-    if (!(box instanceof HTMLElement)) continue;
-    const [right, bottom] = [host.clientWidth - box.offsetWidth, host.clientHeight - box.offsetHeight];
-    moveTo(box, Math.max(0, Math.min(box.offsetLeft, right)), Math.max(0, Math.min(box.offsetTop, bottom)));
+    if (box instanceof HTMLElement) moveInside(box, box.offsetLeft, box.offsetTop);
   }
 }).observe(host);
