@@ -5,6 +5,9 @@
 const texts = {
   "`{0}` has more than {1} files": "`{0}` tem mais de {1} arquivos",
   "There are several scenes.": "Há várias cenas.",
+  "What the image shows": "O que a imagem mostra",
+  "colors": "cores",
+  "depth": "profundidade",
   "Add {0}": "Adicionar {0}",
   "Added {0}: {1} objects": "{0} foi adicionado: {1} objetos",
   "Added {0}": "{0} foi adicionado",
