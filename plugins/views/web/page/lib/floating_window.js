@@ -82,6 +82,23 @@ export function movable(box, bar, onMoved = () => {}) {
 /** @type {{ [key: string]: [number, number] }} */
 const DIRECTIONS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
+/** @param {string} key of the window */
+const storageKey = (key) => `tatu window ${key}`;
+
+/** Returns whether the position and size of a window are stored. @param {string} key */
+export function hasPlacement(key) {
+  return localStorage.getItem(storageKey(key)) !== null;
+}
+
+/**
+ * Stores the position and size of a window.
+ * @param {string} key
+ * @param {number[]} placement left, top, width and height, pixels
+ */
+export function storePlacement(key, placement) {
+  localStorage.setItem(storageKey(key), placement.join(" "));
+}
+
 /**
  * Opens a window. Its position and size are stored in the browser under `key`.
  * @param {{ key: string, title: string, width: number, height?: number, closed: () => void }} what
@@ -100,15 +117,14 @@ export function openFloatingWindow({ key, title: text, width, height, closed }) 
   const body = make("div", { className: "body" });
   box.append(bar, body);
 
-  const storageKey = `tatu window ${key}`;
-  const storePlacement = () => {
-    if (box.offsetWidth) localStorage.setItem(storageKey, [box.offsetLeft, box.offsetTop, box.offsetWidth, box.offsetHeight].join(" "));
+  const store = () => {
+    if (box.offsetWidth) storePlacement(key, [box.offsetLeft, box.offsetTop, box.offsetWidth, box.offsetHeight]);
   };
-  const [x, y, w, h] = (localStorage.getItem(storageKey) ?? "").split(" ").map(Number);
+  const [x, y, w, h] = (localStorage.getItem(storageKey(key)) ?? "").split(" ").map(Number);
   box.style.width = `${w || width}px`;
   if (h ?? height) box.style.height = `${h ?? height}px`;
-  movable(box, bar, storePlacement);
-  const sizeObserver = new ResizeObserver(() => { if (box.isConnected) storePlacement(); });
+  movable(box, bar, store);
+  const sizeObserver = new ResizeObserver(() => { if (box.isConnected) store(); });
   bar.addEventListener("keydown", (e) => {
     const direction = DIRECTIONS[e.key];
     if (e.key === "Escape") close();
@@ -117,7 +133,7 @@ export function openFloatingWindow({ key, title: text, width, height, closed }) 
     const [dx, dy] = [STEP * direction[0], STEP * direction[1]];
     if (e.shiftKey) Object.assign(box.style, { width: `${box.offsetWidth + dx}px`, height: `${box.offsetHeight + dy}px` });
     else moveTo(box, box.offsetLeft + dx, box.offsetTop + dy);
-    storePlacement();
+    store();
   });
   const close = () => {
     sizeObserver.disconnect();
