@@ -6,6 +6,7 @@ import { choose } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
 import { download } from "tatu/lib/download";
 import { openFloatingWindow } from "tatu/lib/floating_window";
+import { inlineNodes } from "tatu/lib/inline_text";
 import { mark, t } from "tatu/lib/language";
 import { pack } from "tatu/lib/zip";
 import { call, on, send } from "tatu/net/connection";
@@ -64,7 +65,11 @@ function openExercise() {
   row.append(scriptButton, handInButton, changeButton);
   window.body.append(task, list, note, row);
   refresh = () => {
-    task.replaceChildren(...(exercise?.task ?? "").split(/\n\s*\n/).map((text) => make("p", { textContent: text.replaceAll("\n", " ") })));
+    task.replaceChildren(...(exercise?.task ?? "").split(/\n\s*\n/).map((text) => {
+      const paragraph = make("p");
+      paragraph.append(...inlineNodes(text.replaceAll("\n", " ")));
+      return paragraph;
+    }));
     list.replaceChildren(...(goals.length ? goals : plannedGoals()).map(({ text, state, time }) => {
       const item = make("li", { className: state });
       const mark = make("span", { className: "mark", textContent: MARKS[state] });
