@@ -78,9 +78,26 @@ function forgetDraft() {
   removeDraft(home.file, home.place);
 }
 
-/** Returns whether the editor has unsaved changes. */
-function isUnsaved() {
+/** Whether the open script is no longer in the scene, as after an undo that removes its object. */
+let isGone = false;
+/** Notes whether the open script is in the scene, and shows it. @param {boolean} isNowGone */
+function setGone(isNowGone) {
+  if (isNowGone === isGone) return;
+  if (isNowGone) keepDraft();
+  isGone = isNowGone;
+  get("script-note").hidden = !isGone;
+  for (const id of ["script-save", "script-run"]) get(id, HTMLButtonElement).disabled = isGone;
+  showUnsaved();
+}
+
+/** Returns whether the text in the editor is not that of the script. */
+function isChanged() {
   return rights.canControl && editorView !== null && shownScript !== 0 && editorView.state.doc.toString() !== saved.text;
+}
+
+/** Returns whether the editor has changes that can be saved. */
+function isUnsaved() {
+  return !isGone && isChanged();
 }
 
 /** Asks what to do with unsaved changes, if any. Returns a promise of whether the script may be closed. */
@@ -110,6 +127,7 @@ function showName(script) {
 export async function openScript(script) {
   if (openedScript?.id !== script.id && !(await mayClose())) return;
   openedScript = script;
+  setGone(false);
   home = { file: scene.file, place: placeOf(script.id) };
   showName(script);
   get("script").hidden = false;
@@ -178,7 +196,7 @@ async function offerDraft(draft, text) {
 
 /** Keeps the unsaved text of the open script, if any, and returns whether there is one. */
 function keepDraft() {
-  if (!isUnsaved() || !editorView) return false;
+  if (!isChanged() || !editorView) return false;
   storeDraft(home.file, home.place, editorView.state.doc.toString());
   return true;
 }
@@ -197,6 +215,7 @@ function followScene() {
   const found = isSameScene(scene.file, home.file) ? scriptAt(home.place) : undefined;
   if (found) {
     openedScript = found;
+    setGone(false);
     if (shownScript) shownScript = found.id;
     send({ type: "script", script: found.id });
   } else {
@@ -210,6 +229,7 @@ function followScene() {
 function refreshScript() {
   if (openedScript) home = { file: scene.file, place: placeOf(openedScript.id) || home.place };
   const current = allScripts().find((s) => s.id === openedScript?.id);
+  if (openedScript) setGone(!current);
   if (!current || current.version === openedScript?.version) return;
   openedScript = current;
   showName(current);
@@ -242,7 +262,7 @@ function markError(text) {
 
 /** Saves the text to the scene. Returns a promise of whether the script in the scene is up to date. */
 async function save() {
-  if (!editorView || !openedScript || !rights.canControl) return false;
+  if (!editorView || !openedScript || isGone || !rights.canControl) return false;
   codeFieldModule?.unmark(editorView);
   return saveSource(openedScript, editorView.state.doc.toString(), saved.version);
 }
@@ -315,6 +335,7 @@ function closeEditor() {
   get("script").hidden = true;
   openedScript = null;
   shownScript = 0;
+  setGone(false);
   showUnsaved();
 }
 get("script-close").onclick = async () => { if (await mayClose()) closeEditor(); };

@@ -29,6 +29,7 @@ const texts = {
   "{0} has changes that are not in the scene.": "{0} tem alterações que não estão na cena.",
   "{0} was changed elsewhere: saving it will show both texts": "{0} foi alterado em outro lugar: ao salvar, os dois textos serão mostrados",
   "The script": "O script",
+  "The object of this script is no longer in the scene. Undo or redo until it is there again, or copy what you need from the text.": "O objeto deste script não está mais na cena. Desfaça ou refaça até que ele volte, ou copie do texto o que precisar.",
   "{0} has a text of {1} that was not saved.": "{0} tem um texto de {1} que não foi salvo.",
   "The file will not have the new text of the script, which is still in the editor": "O arquivo não terá o novo texto do script, que ainda está no editor",
   "Not started, because the new text of the script is not in the scene": "Não iniciada, porque o novo texto do script não está na cena",
