@@ -341,7 +341,11 @@ acts: boolean,
 /**
  * An address that grants view rights, for the user to share; sent only to clients with control rights.
  */
-look?: string, speed: number, } | { "type": "scene", file: string,
+look?: string,
+/**
+ * The working folder, to which relative paths of scenes refer; sent only to clients with control rights.
+ */
+folder?: string, speed: number, } | { "type": "scene", file: string,
 /**
  * Number of the scene among those opened so far. It differs if the same file is opened again.
  */

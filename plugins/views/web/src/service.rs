@@ -370,7 +370,9 @@ impl WebState {
             }
             // The view-only address is sent only to clients with control rights, which may share it.
             let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.view_token));
-            let hello = ToPage::Hello { version: PROTOCOL_VERSION, acts, look, speed: self.pacing.pace.speed };
+            let folder =
+                std::env::current_dir().ok().filter(|_| acts).map(|folder| folder.to_string_lossy().into_owned());
+            let hello = ToPage::Hello { version: PROTOCOL_VERSION, acts, look, folder, speed: self.pacing.pace.speed };
             client.out.send(hello.message());
             if !self.output.is_empty() {
                 client.out.send(ToPage::Output { lines: self.output.iter().cloned().collect() }.message());

@@ -129,7 +129,7 @@ async function addToScene(path, at) {
   const ownAlias = MESH.test(path) ? name.replace(/\W/g, "_") : null;
   if (ownAlias !== null) await edit(t`Add ${name}`, [["tatu.set", created, "object.alias", ownAlias]], merge);
   await whenPresent(created);
-  if (place) await edit(t`Add ${name}`, [placementCall(created, place)], merge);
+  if (place) await edit(t`Add ${name}`, [placementCall(created, place, ownAlias !== null)], merge);
   selectWhenPresent([created]);
   const alias = ownAlias ?? scene.objects.get(created)?.alias ?? name;
   const count = subtree(created).length;

@@ -3,6 +3,7 @@
 // page: another page, a client, a recovery or a crash. They are stored in the browser, and offered again when the script
 // is opened.
 
+import { on } from "tatu/net/connection";
 import { scene } from "tatu/scene/store";
 import { pathOf } from "tatu/scene/hierarchy";
 
@@ -33,18 +34,25 @@ export function scriptAt(place) {
   return place ? all.find((s) => placeOf(s.id) === place) : undefined;
 }
 
-/** Returns a path without the leading `./` of paths in the working folder, and with slashes. @param {string} file */
-const plainPath = (file) => file.replaceAll("\\", "/").replace(/^(\.\/)+/, "");
+/** The working folder of the program. */
+let workingFolder = "";
+on("hello", ({ folder }) => { workingFolder = folder ?? ""; });
+
+/** Returns a path as an absolute one with slashes: a scene may be opened by a relative or by an absolute path. @param {string} file */
+function absolutePath(file) {
+  const path = file.replaceAll("\\", "/").replace(/^(\.\/)+/, "");
+  return /^(\/|\w:\/)/.test(path) ? path : `${workingFolder.replaceAll("\\", "/")}/${path}`;
+}
 
 /**
  * Returns whether two paths are those of the same scene. Scenes in different folders may have files of the same name.
  * @param {string} one
  * @param {string} other
  */
-export const isSameScene = (one, other) => plainPath(one) === plainPath(other);
+export const isSameScene = (one, other) => absolutePath(one) === absolutePath(other);
 
 /** @param {string} file @param {string} place */
-const keyOf = (file, place) => `tatu draft ${JSON.stringify([plainPath(file), place])}`;
+const keyOf = (file, place) => `tatu draft ${JSON.stringify([absolutePath(file), place])}`;
 
 /**
  * Stores the unsaved text of a script.

@@ -163,16 +163,17 @@ export function placeForFile(at) {
 }
 
 /**
- * Returns the command call that puts a new object without a parent at a place. A model keeps its height above the ground,
- * others, whose files may have any origin, get their lowest point there.
+ * Returns the command call that puts a new object without a parent at a place. A model keeps its height above the ground;
+ * of a mesh, whose file may have any origin, the lowest point is put there.
  * @param {number} id
  * @param {{ point: THREE.Vector3 }} place
+ * @param {boolean} isMesh
  * @returns {[string, ...unknown[]]}
  */
-export function placementCall(id, { point }) {
+export function placementCall(id, { point }, isMesh) {
   root.updateMatrixWorld(true);
   const [x = 0, y = 0, z = 0] = scene.objects.get(id)?.pose ?? [];
-  if (scene.objects.get(id)?.model) return ["tatu.set", id, "object.position", [point.x, point.y, round(z + point.z)]];
+  if (!isMesh) return ["tatu.set", id, "object.position", [point.x, point.y, round(z + point.z)]];
   const box = boxOf(id);
   const middle = box.getCenter(new THREE.Vector3());
   return ["tatu.set", id, "object.position", [x + point.x - middle.x, y + point.y - middle.y, z + point.z - box.min.z].map(round)];
