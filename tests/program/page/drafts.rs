@@ -75,7 +75,8 @@ fn the_scene_is_saved_and_run_with_the_text_in_the_editor() {
     shown.page.until("document.getElementById('last-line').textContent.startsWith('Saved')");
     shown.page.until(&format!("!({is_unsaved})"));
     shown.until(&source_is("x = 12"));
-    assert!(std::fs::read_to_string(shown.folder().join("scene.toml")).unwrap().contains("x = 12"));
+    let saved = std::fs::read_to_string(shown.folder().join("scene_files/brain.lua")).unwrap();
+    assert_eq!(saved.trim(), "x = 12");
     // A run starts with the new text.
     shown.page.click_on(".cm-content");
     shown.page.key("End", 35);
