@@ -40,11 +40,14 @@ function setExpanded(isExpanded) {
   expand(isExpanded);
 }
 expandButton.onclick = () => setExpanded(!footer.classList.contains("open"));
-statusLine.onclick = () => setExpanded(true);
+statusLine.onclick = () => {
+  showTab(mark("Status"));
+  setExpanded(true);
+};
 
-/** Shows the newest line of the open tab in the status line. */
+/** Shows the newest message in the status line, also while the lines of a console are shown. */
 function lastLine() {
-  const newest = tabOf(open).lines.at(-1);
+  const newest = tabOf(mark("Status")).lines.at(-1);
   statusLine.textContent = newest?.textContent ?? "";
   statusLine.className = newest?.className ?? "";
 }
@@ -115,6 +118,7 @@ function markTab() {
 /** Opens a tab. @param {string} name */
 function showTab(name) {
   open = name;
+  footer.classList.toggle("with-console", open !== "Status");
   markTab();
   output.replaceChildren(...tabOf(name).lines);
   output.scrollTop = output.scrollHeight;
@@ -186,7 +190,7 @@ function addLine(name, text, level = "") {
   linkObjects(div);
   lines.push(div);
   if (lines.length > MAX_LINES) lines.shift();
-  if (name === open) scheduleUpdate();
+  if (name === open || name === "Status") scheduleUpdate();
 }
 
 watchLines(({ tab, text, level }) => {
