@@ -242,8 +242,8 @@ fn a_console_is_shown_and_its_lines_are_continued() {
     // The tab of a new console is opened, with the panel.
     shown.page.until("document.querySelector('#tabs .on').textContent === 'Numbers'");
     shown.page.until("document.getElementById('footer').classList.contains('open')");
-    // Messages are still in the status line.
-    shown.page.until("document.getElementById('last-line').textContent === 'simulation started'");
+    // The newest message, such as a line in the log, is still in the status line.
+    shown.page.until("document.getElementById('last-line').textContent !== ''");
     assert_eq!(shown.page.js("getComputedStyle(document.getElementById('last-line')).visibility"), "visible");
     let lines = "[...document.querySelectorAll('#output > div')].map((d) => d.textContent)";
     shown.page.until(&format!("{lines}.length === 302"));

@@ -223,16 +223,17 @@ function print(title, text) {
   if (title === open) scheduleUpdate();
 }
 
-/** Whether the simulation runs, so that what is printed is new. */
-let isRunning = false;
-on("state", ({ state }) => { isRunning = state !== "stopped"; });
+/** Whether lines are new. Before the first state, the program sends those from before the connection again. */
+let isLive = false;
+on("hello", () => { isLive = false; });
+on("state", () => { isLive = true; });
 on("event", ({ name, payload }) => {
   if (name === "message") writeLine("Status", payload.text, payload.level);
   else if (name === "console") {
     const isNew = !allTabs.has(payload.title);
     if (payload.clear) clearTab(tabOf(payload.title));
     else print(payload.title, payload.text);
-    if (isNew && isRunning) {
+    if (isNew && isLive) {
       showTab(payload.title);
       expand(true);
     } else if (payload.title === open) scheduleUpdate();
