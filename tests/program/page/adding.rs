@@ -83,6 +83,9 @@ fn sensors_are_attached_to_the_body_that_they_are_put_on() {
     let sensor = sensor.as_str().unwrap();
     assert_ne!(sensor, "Pioneer_p3dx");
     shown.until(&format!("of({sensor:?}).parent === of('Pioneer_p3dx').id"));
+    // The robot, which was folded in the tree, is unfolded.
+    let row = shown.row(sensor);
+    shown.page.until(&format!("document.querySelector(\"{row}\")?.getAttribute('aria-selected') === 'true'"));
     shown.page.until(&output("is attached to Pioneer_p3dx"));
     // On the deck, which is 0.237 m above the floor.
     let height = shown.ask(&format!("get({sensor:?}, 'object.world_pose')"))[2].as_f64().unwrap();
@@ -139,9 +142,23 @@ fn a_mesh_alone_becomes_a_shape() {
     shown.until("of('ramp')?.kind === 'shape' && of('floor') !== undefined");
     shown.page.until(&output("Added ramp"));
     shown.until("store.selected() === of('ramp').id");
-    // Beside a file with materials, in a folder, it is added to the open scene.
-    shown.page.drop_files([600.0, 300.0], &[folder]);
+    // Beside a file with materials, in a folder, it is added to the open scene, on the surface under the pointer.
+    shown.until_shown("floor");
+    let at = shown.pixel("floor", [0.8, -0.6, 0.0]);
+    shown.page.drop_files(at, &[folder]);
     shown.until("of('box')?.kind === 'shape' && of('ramp') !== undefined");
+    shown.page.until(&output("Added box"));
+    let middle = "(() => { const b = new three.Box3().setFromObject(objects.groups.get(of('box').id)); \
+                  const c = b.getCenter(new three.Vector3()); return [c.x, c.y, b.min.z]; })()";
+    shown.until(&format!("{middle}[0] > 0.7"));
+    let found = shown.ask(middle);
+    for (i, wanted) in [0.8, -0.6, 0.0].into_iter().enumerate() {
+        assert!((found[i].as_f64().unwrap() - wanted).abs() < 0.03, "{found}");
+    }
+    shown.page.click_on("#undo");
+    shown.until("of('box') === undefined && of('ramp') !== undefined");
+    shown.page.click_on("#redo");
+    shown.until("of('box')?.kind === 'shape'");
     // Its size is that of the bounding box, and cannot be set; an infinite plane has none.
     let size = "document.querySelector(\"#rows [data-key='shape.size']\")";
     shown.ask("store.select(of('ramp').id)");

@@ -107,6 +107,47 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.end();
 }
 
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn the_text_in_the_editor_is_handed_in_and_scripts_keep_their_language() {
+    let place = TestFolder::scene(
+        "[[object]]\nkind = \"dummy\"\nalias = \"brain\"\nscript = { text = \"x = 1\" }\n\
+         [[object]]\nkind = \"dummy\"\nalias = \"hand\"\nscript = \"hand.py\"\n\
+         [[object]]\nkind = \"dummy\"\nalias = \"Exercise\"\ndata = { \"exercise.task\" = \"Press *Play* now.\", \
+         \"exercise.goals\" = \"/brain goes 0 m\", \"exercise.change\" = \"scripts\" }\n",
+    );
+    place.write("hand.py", "def sysCall_sensing():\n    pass\n");
+    let mut shown = ScenePage::of(place, &["open", "scene.toml", "--no-browser", "--allow", "python"]);
+    shown.page.js(super::panes::CAPTURE_DOWNLOADS_JS);
+    shown.page.until("document.querySelector('.task em')?.textContent === 'Play'");
+    shown.page.click_on("#play");
+    shown.page.until("document.getElementById('time').textContent > '00:00:00.2'");
+    shown.page.click_on("#stop");
+    shown.page.until("document.getElementById('stop').disabled");
+    let row = shown.row("brain");
+    let at = shown.page.middle(&row);
+    shown.page.click_at(at, 2);
+    shown.page.until("document.querySelector('.cm-content')?.textContent === 'x = 1'");
+    shown.page.key("End", 35);
+    shown.page.enter("2");
+    shown
+        .page
+        .js("[...document.querySelectorAll('.pane .tools button')].find((b) => b.textContent === 'Hand in').click()");
+    shown.page.until("document.querySelector('dialog.question input') !== null");
+    shown.answer("Hand in");
+    shown.page.until("window.saved.length === 1");
+    let files: Value = shown.page.js(ZIP_CONTENTS_JS);
+    let names: Vec<&String> = files.as_object().unwrap().keys().collect();
+    assert_eq!(names.len(), 4, "{names:?}");
+    let ending_with = |ending: &str| names.iter().find(|n| n.starts_with("scripts/") && n.ends_with(ending)).copied();
+    assert_eq!(files[ending_with("hand.py").unwrap()], "def sysCall_sensing():\n    pass\n");
+    assert_eq!(files[ending_with(".lua").unwrap()], "x = 12");
+    // The film does not show the new text.
+    shown.page.until("document.getElementById('last-line').textContent.includes('is older than the text of')");
+    shown.page.until("!document.getElementById('last-line').textContent.includes('hand.py')");
+    shown.end();
+}
+
 /// A script that puts the robot somewhere else fails the goals that require that it does not.
 #[test]
 fn a_robot_that_jumps_reaches_no_goal() {

@@ -1,4 +1,4 @@
-//! Tests of the windows over the view, in a browser: plots, cameras, the list of sensors.
+//! Tests of the windows over the view, in a browser: plots, images of cameras, the list of sensors.
 
 use serde_json::Value;
 
@@ -149,9 +149,14 @@ fn a_graph_shows_the_curves_that_it_declares() {
     let args = ["open", scene.to_str().unwrap(), "--no-browser"];
     let mut shown = ScenePage::of(crate::kit::TestFolder::new(), &args);
     shown.page.js(CAPTURE_DOWNLOADS_JS);
+    // The plot opens at the first start, in a corner.
     shown.page.click_on("#play");
+    shown.page.until("document.querySelectorAll('.pane .legend').length === 1");
+    let share =
+        shown.page.js("(() => { const [b, v] = [document.querySelector('.pane'), document.getElementById('view')]; \
+         return b.offsetWidth * b.offsetHeight / v.clientWidth / v.clientHeight; })()");
+    assert!(share.as_f64().unwrap() < 1.0 / 6.0, "{share}");
     shown.page.until("document.getElementById('time').textContent > '00:00:01'");
-    open(&mut shown, "LaserScannerGraph_2D");
     let axis = "document.querySelector('.pane select')";
     shown.page.until(&format!("{axis}?.selectedOptions[0]?.textContent === 'curves of the graph'"));
     // The outline of the room: most points of a scan differ in x and y.
@@ -165,5 +170,55 @@ fn a_graph_shows_the_curves_that_it_declares() {
         high - low
     };
     assert!(extent(0) > 1.0 && extent(1) > 1.0, "the curve is {} by {} m", extent(0), extent(1));
+    // A plot that was closed remains closed.
+    shown.page.click_on(".pane .title button");
+    shown.page.click_on("#stop");
+    shown.page.until("document.getElementById('stop').disabled");
+    shown.page.click_on("#play");
+    shown.page.until("document.getElementById('time').textContent > '00:00:00.5'");
+    assert_eq!(shown.page.js("document.querySelector('.pane') === null"), true);
+    open(&mut shown, "LaserScannerGraph_2D");
+    shown.page.until("document.querySelectorAll('.pane .legend').length === 1");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn depths_are_shown_with_their_scale() {
+    let mut shown = ScenePage::new(&format!(
+        "{SCENE}{}",
+        SCENE[SCENE.rfind("[[object]]").unwrap()..].replace("sees", "sees_depth")
+    ));
+    shown.until_shown("cart");
+    for name in ["sees", "sees_depth"] {
+        open(&mut shown, name);
+        shown.page.until("document.querySelector('.menu') === null");
+    }
+    shown.page.until("document.querySelectorAll('canvas.seen').length === 2");
+    shown.page.click_on("#play");
+    let scale = |i: usize| format!("document.querySelectorAll('.depth-scale')[{i}].textContent.trim()");
+    shown.page.until(&format!("/^0\\.\\d+ m.*\\d m$/.test({})", scale(1)));
+    assert_eq!(
+        shown.page.js("[...document.querySelectorAll('.depth-scale')].map((s) => s.hidden)"),
+        serde_json::json!([true, false])
+    );
+    // Depths are grey, and the cart is nearer than the floor.
+    let color = |i: usize| {
+        format!(
+            "(() => {{ const c = document.querySelectorAll('canvas.seen')[{i}]; const k = new OffscreenCanvas(c.width, c.height)\
+             .getContext('2d'); k.drawImage(c, 0, 0); return [...k.getImageData(c.width / 2, c.height / 2, 1, 1).data]; }})()"
+        )
+    };
+    shown.page.until(&format!("{}[0] > 60 && {}[0] === {}[1]", color(1), color(1), color(1)));
+    shown.page.until(&format!("{}[0] > 2 * {}[1]", color(0), color(0)));
+    // The choice is kept.
+    shown.page.js(
+        "(() => { const s = document.querySelectorAll('.pane .tools select')[0]; s.value = 'depth'; s.onchange(); })()",
+    );
+    shown.page.until(&format!("{}[0] === {}[1] && {}[0] > 60", color(0), color(0), color(0)));
+    shown.page.js("location.reload()");
+    shown
+        .page
+        .until("[...document.querySelectorAll('.pane .tools select')].map((s) => s.value).join() === 'depth,depth'");
     shown.end();
 }

@@ -216,3 +216,92 @@ fn the_page_says_which_permission_scripts_in_python_need() {
     shown.page.until("document.body.textContent.includes('allow them with `--allow python`')");
     shown.end();
 }
+
+/// A script that prints 8 numbers in pieces on a console, then 300 lines in each step.
+const CONSOLE: &str = r#"[[object]]
+kind = "dummy"
+alias = "brain"
+script = { text = """
+function sysCall_init()
+    out = sim.auxiliaryConsoleOpen('Numbers', 100, 0)
+    for i = 1, 8 do sim.auxiliaryConsolePrint(out, '0.5 ') end
+    sim.auxiliaryConsolePrint(out, '\\nnext')
+end
+function sysCall_actuation()
+    for i = 1, 300 do sim.auxiliaryConsolePrint(out, '\\n' .. i) end
+end
+""" }
+"#;
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_console_is_shown_and_its_lines_are_continued() {
+    let mut shown = ScenePage::new(CONSOLE);
+    shown.until("of('brain')?.scripts.length === 1");
+    shown.page.click_on("#step");
+    // The tab of a new console is opened, with the panel.
+    shown.page.until("document.querySelector('#tabs .on').textContent === 'Numbers'");
+    shown.page.until("document.getElementById('footer').classList.contains('open')");
+    // The newest message, such as a line in the log, is still in the status line.
+    shown.page.until("document.getElementById('last-line').textContent !== ''");
+    assert_eq!(shown.page.js("getComputedStyle(document.getElementById('last-line')).visibility"), "visible");
+    let lines = "[...document.querySelectorAll('#output > div')].map((d) => d.textContent)";
+    shown.page.until(&format!("{lines}.length === 302"));
+    assert_eq!(
+        shown.page.js(&format!("{lines}.slice(0, 3)")),
+        json!(["0.5 0.5 0.5 0.5 0.5 0.5 0.5 0.5 ", "next", "1"])
+    );
+    let is_at_end = "(() => { const o = document.getElementById('output'); \
+                     return o.scrollHeight > o.clientHeight && o.scrollTop + o.clientHeight >= o.scrollHeight - 8; })()";
+    assert_eq!(shown.page.js(is_at_end), true);
+    // The scroll position is read once per frame, not for each line, and the oldest lines are dropped.
+    shown.page.js(
+        "(() => { window.reads = window.frames_ = 0; const d = Object.getOwnPropertyDescriptor(Element.prototype, 'scrollHeight'); \
+         Object.defineProperty(document.getElementById('output'), 'scrollHeight', { get() { window.reads++; return d.get.call(this); } }); \
+         const f = () => { window.frames_++; requestAnimationFrame(f); }; f(); })()",
+    );
+    for _ in 0..6 {
+        shown.page.click_on("#step");
+    }
+    shown.page.until(&format!("{lines}.length === 1000 && {lines}.at(-1) === '300'"));
+    shown.page.until("document.getElementById('time').textContent.endsWith('0.35')");
+    assert_eq!(shown.page.js("window.reads <= 2 * window.frames_"), true);
+    shown.page.until(is_at_end);
+    // The reader of earlier lines is not taken to the end.
+    shown.page.js("document.getElementById('output').scrollTop = 100");
+    shown.page.click_on("#step");
+    shown.page.until("document.getElementById('time').textContent.endsWith('0.40')");
+    assert_eq!(shown.page.js("document.getElementById('output').scrollTop < 200"), true);
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn an_undo_that_removes_the_object_of_the_open_script_is_explained() {
+    let mut shown = ScenePage::new("[[object]]\nkind = \"dummy\"\nalias = \"base\"\n");
+    shown.until("of('base') !== undefined");
+    let add = "import('tatu/scene/edits').then((e) => e.edit('Add brain', [['tatu.add', \
+               'format = 1\\n[[object]]\\nkind = \"dummy\"\\nalias = \"brain\"\\nscript = { text = \"x = 1\" }\\n']]))";
+    shown.ask(add);
+    shown.until("of('brain')?.scripts.length === 1");
+    let row = shown.row("brain");
+    let at = shown.page.middle(&row);
+    shown.page.click_at(at, 2);
+    shown.page.until("document.querySelector('.cm-content')?.textContent === 'x = 1'");
+    shown.page.key("End", 35);
+    shown.page.enter("2");
+    let is_noted = "document.getElementById('script-note').offsetHeight > 0";
+    assert_eq!(shown.page.js(is_noted), false);
+    shown.page.click_on("#undo");
+    shown.until("of('brain') === undefined");
+    shown.page.until(is_noted);
+    assert_eq!(shown.page.js("document.getElementById('script-save').disabled"), true);
+    assert_eq!(shown.page.js("document.querySelector('#output .error') === null"), true);
+    // The text returns with the object.
+    shown.page.click_on("#redo");
+    shown.until("of('brain') !== undefined");
+    shown.page.until(&format!("!({is_noted})"));
+    shown.page.click_on("#script-save");
+    shown.until("net.call('tatu.getScript', of('brain').scripts[0].id).then(([t]) => atob(t.bytes) === 'x = 12')");
+    shown.end();
+}

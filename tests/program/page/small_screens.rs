@@ -92,3 +92,45 @@ fn coordinates_are_not_covered_by_the_palette() {
     }
     shown.end();
 }
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn windows_menus_and_hints_fit_on_small_screens() {
+    let camera = "[[object]]\nkind = \"camera\"\nalias = \"a_camera_with_quite_a_long_name_at_the_ceiling\"\nposition_m = [0.0, 0.0, 3.0]\n";
+    let mut shown = ScenePage::new(&format!("{ROBOT}{camera}"));
+    shown.until_shown("Pioneer_p3dx");
+    // A window that was at the right of a large view is completely in a small one.
+    shown.page.js("localStorage.setItem('tatu window sensors', '1300 700 320 270')");
+    resize(&mut shown, 390, 844);
+    shown.page.click_on("#windows");
+    shown.page.until("document.querySelector('.menu') !== null");
+    let is_inside = |selector: &str, of: &str| {
+        format!(
+            "(() => {{ const [b, v] = [document.querySelector({selector:?}), document.querySelector({of:?})].map((e) => e.getBoundingClientRect()); \
+             return b.width > 0 && b.left >= v.left && b.right <= v.right && b.top >= v.top && b.bottom <= v.bottom; }})()"
+        )
+    };
+    assert_eq!(shown.page.js(&is_inside(".menu", "html")), true);
+    shown.page.js("document.querySelector('.menu button').click()");
+    shown.page.until(&is_inside(".pane", "#view"));
+    // Open menus of the camera are above windows and tools.
+    shown.page.js("Object.assign(document.querySelector('.pane').style, { left: '0', top: '30px' })");
+    let title = shown.page.middle(".pane .title span");
+    shown.page.click_at(title, 1);
+    shown.page.click_on("#overlays");
+    shown.page.until(&is_on_top("#overlay-menu label"));
+    // Keys and what they do are readable in both languages.
+    for language in ["en", "pt"] {
+        shown.page.js(&format!("localStorage.setItem('tatu language', '{language}'); location.reload()"));
+        shown.page.until(&format!("document.documentElement?.lang === '{language}'"));
+        for [width, height] in [[390, 844], [1366, 768]] {
+            resize(&mut shown, width, height);
+            shown.page.until("document.querySelectorAll('.hints dd').length > 5");
+            if width < 1000 {
+                shown.page.click_on("#show-details");
+            }
+            shown.page.until("[...document.querySelectorAll('.hints dd')].every((d) => d.clientWidth >= 100)");
+        }
+    }
+    shown.end();
+}

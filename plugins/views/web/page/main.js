@@ -38,6 +38,7 @@ import "tatu/view/overlays";
 import "tatu/documents/script_editor";
 import "tatu/windows/script_windows";
 import "tatu/windows/window_menu";
+import "tatu/windows/first_windows";
 import "tatu/run/film_recorder";
 import "tatu/run/exercise";
 import "tatu/panels/splitters";

@@ -77,7 +77,7 @@ export type FromPage = { "type": "run", action: RunAction, } | { "type": "speed"
 /**
  * The folder for the file: the answer to a `folder` request. Omitted if the file was dropped alone.
  */
-folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "model_picture", id: number, model: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, follow?: boolean, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<WatchedValue>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
+folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "model_picture", id: number, model: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, follow?: boolean, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, depths?: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<WatchedValue>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
 
 /**
  * The section of the gallery: recently opened scenes, those in the working folder, or those of the program.
@@ -256,6 +256,10 @@ sensor?: string,
  */
 schema?: ReadingSchema,
 /**
+ * Whether a sensor with images measures both colors and depths. Omitted if false.
+ */
+depth?: boolean,
+/**
  * The detection volume of a sensor.
  */
 volume?: SensorVolume,
@@ -337,7 +341,11 @@ acts: boolean,
 /**
  * An address that grants view rights, for the user to share; sent only to clients with control rights.
  */
-look?: string, speed: number, } | { "type": "scene", file: string,
+look?: string,
+/**
+ * The working folder, to which relative paths of scenes refer; sent only to clients with control rights.
+ */
+folder?: string, speed: number, } | { "type": "scene", file: string,
 /**
  * Number of the scene among those opened so far. It differs if the same file is opened again.
  */

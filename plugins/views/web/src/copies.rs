@@ -97,6 +97,7 @@ mod tests {
             joint: None,
             sensor: None,
             schema: None,
+            depth: false,
             volume: None,
             points: None,
             closed: None,

@@ -62,6 +62,7 @@ props! {
     scan_elevation: "range_scan.elevation",
     scan_limits: "range_scan.limits",
     depth: "depth_image.depth",
+    depth_limits: "depth_image.limits",
     rgb: "color_image.rgb",
     gps: "gps.position",
 }

@@ -145,10 +145,11 @@ pub fn finite_or_none(all: impl IntoIterator<Item = f64>) -> Vec<Option<f64>> {
 
 /// Returns the message with the image of a sensor, or `None` if it has no image: the bytes 3 (image), 1 (version),
 /// content (0: red, green and blue as u8; 1: depth in m as f32) and 0, then the handle, the number of columns and the
-/// number of rows, each as u32, and the pixels, the bottom row first.
-pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<OutgoingMessage> {
+/// number of rows, each as u32, and the pixels, the bottom row first. Depths are followed by those of the near and far
+/// planes, if the sensor has them. Colors are preferred unless `depth` is set.
+pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object, depth: bool) -> Option<OutgoingMessage> {
     let (reading, what) = match turn.reading(id, p.rgb) {
-        Ok(r) if !r.u8s().is_empty() => (r, 0),
+        Ok(r) if !depth && !r.u8s().is_empty() => (r, 0),
         _ => (turn.reading(id, p.depth).ok()?, 1),
     };
     let [rows, columns, _] = reading.dims();
@@ -160,6 +161,11 @@ pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<OutgoingMess
         0 => out.extend_from_slice(reading.u8s()),
         _ if !reading.f32s().is_empty() => reading.f32s().iter().for_each(|x| out.extend_from_slice(&x.to_le_bytes())),
         _ => reading.f64s().iter().for_each(|x| out.extend_from_slice(&(*x as f32).to_le_bytes())),
+    }
+    if what == 1
+        && let Ok(limits) = turn.reading(id, p.depth_limits)
+    {
+        limits.f64s().iter().take(2).for_each(|x| out.extend_from_slice(&(*x as f32).to_le_bytes()));
     }
     Some(OutgoingMessage::Binary(out.into()))
 }

@@ -142,6 +142,7 @@ pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut AssetMes
         joint: None,
         sensor: None,
         schema: None,
+        depth: false,
         volume: None,
         points: None,
         closed: None,
@@ -164,6 +165,7 @@ pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut AssetMes
         "sensor" => {
             let sensor = text(turn.get(id, p.sensor_kind)?);
             o.schema = schema(turn, p, id);
+            o.depth = [p.rgb, p.depth].into_iter().all(|field| turn.reading(id, field).is_ok());
             o.volume = o.schema.filter(|s| *s != ReadingSchema::Fields).map(|_| volume(turn, id, &sensor));
             o.sensor = Some(sensor);
         }

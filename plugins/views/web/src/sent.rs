@@ -11,6 +11,7 @@ use tatu_services_common::outbox::OutgoingMessage;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Subject {
     Image,
+    Depth,
     Graph,
     Details,
     Overlays,

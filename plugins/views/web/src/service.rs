@@ -133,6 +133,8 @@ pub(crate) struct PageClient {
     pub(crate) scene_sent: bool,
     /// Handles of the sensors whose images the client has requested.
     pub(crate) images: Vec<u32>,
+    /// Handles of the sensors whose depths the client has requested.
+    pub(crate) depths: Vec<u32>,
     /// Handles of the graphs whose streams the client has requested.
     pub(crate) graphs: Vec<u32>,
     /// The handle of the object whose properties the client follows; 0: none.
@@ -368,7 +370,9 @@ impl WebState {
             }
             // The view-only address is sent only to clients with control rights, which may share it.
             let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.view_token));
-            let hello = ToPage::Hello { version: PROTOCOL_VERSION, acts, look, speed: self.pacing.pace.speed };
+            let folder =
+                std::env::current_dir().ok().filter(|_| acts).map(|folder| folder.to_string_lossy().into_owned());
+            let hello = ToPage::Hello { version: PROTOCOL_VERSION, acts, look, folder, speed: self.pacing.pace.speed };
             client.out.send(hello.message());
             if !self.output.is_empty() {
                 client.out.send(ToPage::Output { lines: self.output.iter().cloned().collect() }.message());
@@ -382,6 +386,7 @@ impl WebState {
                 followed: 0,
                 scene_sent: false,
                 images: Vec::new(),
+                depths: Vec::new(),
                 graphs: Vec::new(),
                 watch: ValueWatch::default(),
                 film: None,
@@ -482,9 +487,11 @@ impl WebState {
             }
             FromPage::Script { script } => return requests::script(turn, script).map(Some),
             FromPage::Data { object } => return requests::data(turn, p, object).map(Some),
-            FromPage::Images { objects } => {
+            FromPage::Images { objects, depths } => {
                 guest.images = dedup_and_truncate(objects);
+                guest.depths = dedup_and_truncate(depths);
                 guest.sent.forget(Subject::Image);
+                guest.sent.forget(Subject::Depth);
             }
             FromPage::Graphs { objects } => {
                 guest.graphs = dedup_and_truncate(objects);

@@ -30,10 +30,10 @@ const theme = EditorView.theme({
 });
 
 /**
- * Creates the text field of the script editor.
- * @param {{ parent: HTMLElement, text: string, complete: (context: CompletionContext) => CompletionResult | null, save: () => void, readOnly: boolean, isPython: boolean }} what
+ * Creates the text field of the script editor. It calls `changed` after each change of its text.
+ * @param {{ parent: HTMLElement, text: string, complete: (context: CompletionContext) => CompletionResult | null, save: () => void, changed: () => void, readOnly: boolean, isPython: boolean }} what
  */
-export function textField({ parent, text, complete, save, readOnly, isPython }) {
+export function textField({ parent, text, complete, save, changed, readOnly, isPython }) {
   return new EditorView({
     parent,
     state: EditorState.create({
@@ -42,6 +42,7 @@ export function textField({ parent, text, complete, save, readOnly, isPython }) 
         lineNumbers(), history(), drawSelection(), EditorView.lineWrapping, highlightActiveLine(), bracketMatching(), indentOnInput(), lintGutter(),
         StreamLanguage.define(isPython ? python : lua), syntaxHighlighting(colors), theme, autocompletion({ override: [complete] }),
         keymap.of([{ key: "Mod-s", run: () => { save(); return true; } }, ...completionKeymap, ...historyKeymap, ...defaultKeymap, indentWithTab]),
+        EditorView.updateListener.of(({ docChanged }) => { if (docChanged) changed(); }),
         EditorState.readOnly.of(readOnly), EditorView.contentAttributes.of({ "aria-label": "Script" }),
       ],
     }),

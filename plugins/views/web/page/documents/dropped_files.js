@@ -11,9 +11,11 @@ import { edit, newMergeKey } from "tatu/scene/edits";
 import { reportError, writeLine } from "tatu/scene/messages";
 import { subtree } from "tatu/scene/hierarchy";
 import { rights, scene, selectWhenPresent, watch, whenPresent } from "tatu/scene/store";
+import { placeForFile, placementCall } from "tatu/edit/placement";
 import { openScene } from "tatu/documents/gallery";
 import { mayClose } from "tatu/documents/scene_file";
 
+/** @import { Pointer } from "tatu/view/picking" */
 /** @typedef {{ name: string, file: File }} Incoming A file; the name includes the folders that contain it. */
 
 /** Extensions of files that are sent together with a scene; other files are ignored. */
@@ -106,11 +108,15 @@ async function sceneOf(names, files) {
 }
 
 /**
- * Adds a model or a mesh to the open scene, or to a new scene if none is open, and says what was added.
+ * Adds a model or a mesh to the open scene, or to a new scene if none is open, and says what was added. In an open scene it
+ * is put on the surface at which the file was dropped.
  * @param {string} path
+ * @param {Pointer} [at] where the file was dropped
  */
-async function addToScene(path) {
+async function addToScene(path, at) {
   const name = path.split("/").pop()?.replace(/\.\w+$/, "") ?? path;
+  // The point is determined without the new object, which may be anywhere.
+  const place = at && scene.objects.size ? placeForFile(at) : null;
   if (!scene.objects.size) {
     // The scene may arrive before the answer does.
     const arrival = new Promise((/** @type {(value?: undefined) => void} */ resolve) => { afterNextScene = resolve; });
@@ -123,6 +129,7 @@ async function addToScene(path) {
   const ownAlias = MESH.test(path) ? name.replace(/\W/g, "_") : null;
   if (ownAlias !== null) await edit(t`Add ${name}`, [["tatu.set", created, "object.alias", ownAlias]], merge);
   await whenPresent(created);
+  if (place) await edit(t`Add ${name}`, [placementCall(created, place, ownAlias !== null)], merge);
   selectWhenPresent([created]);
   const alias = ownAlias ?? scene.objects.get(created)?.alias ?? name;
   const count = subtree(created).length;
@@ -140,8 +147,9 @@ watch("scene", () => {
  * Sends files together, and opens the scene among them.
  * @param {Incoming[]} all
  * @param {string} title name of the folder or archive, for messages
+ * @param {Pointer} [at] where they were dropped
  */
-async function sendTogether(all, title) {
+async function sendTogether(all, title, at) {
   const files = all.filter(({ name }) => ACCEPTED.test(name));
   if (files.length > MAX_FILES) throw { error: t`${title} has more than ${MAX_FILES} files` };
   // A top-level folder that contains all files is removed from their paths.
@@ -169,29 +177,34 @@ async function sendTogether(all, title) {
   });
   writeLine("Status", t`${files.length} files are in ${folder}`);
   if (mesh === undefined) await openScene(opened, true);
-  else await addToScene(opened);
+  else await addToScene(opened, at);
 }
 
 /**
  * Sends a single file. Adds it to the open scene if it is a mesh or a model, otherwise opens it.
  * @param {Incoming} incoming
+ * @param {Pointer} [at] where it was dropped
  */
-async function sendOne({ name, file }) {
+async function sendOne({ name, file }, at) {
   const isModel = MESH.test(name) || (MODEL.test(name) && scene.objects.size > 0);
   if (!isModel && !(await mayClose())) return;
   const path = await withRetries(() => upload(file));
-  if (isModel) await addToScene(path);
+  if (isModel) await addToScene(path, at);
   else await openScene(path, true);
 }
 
-/** Sends dropped or chosen files. @param {Incoming[]} files */
-async function sendFiles(files) {
+/**
+ * Sends dropped or chosen files.
+ * @param {Incoming[]} files
+ * @param {Pointer} [at] where they were dropped
+ */
+async function sendFiles(files, at) {
   if (!rights.canControl || !files.length) return;
   try {
     const [only] = files;
     const all = await unpackZip(files);
-    if (all.length === 1 && all === files && only && STANDALONE.test(only.name)) await sendOne(only);
-    else await sendTogether(all, files.length === 1 ? only?.name ?? "" : (only?.name.split("/")[0] ?? "files"));
+    if (all.length === 1 && all === files && only && STANDALONE.test(only.name)) await sendOne(only, at);
+    else await sendTogether(all, files.length === 1 ? only?.name ?? "" : (only?.name.split("/")[0] ?? "files"), at);
   } catch (thrown) {
     reportError(thrown);
   }
@@ -203,7 +216,7 @@ document.addEventListener("drop", async (e) => {
   // The entries can be read only while the event is being handled.
   const entries = [...(e.dataTransfer?.items ?? [])].flatMap((item) => item.webkitGetAsEntry() ?? []);
   try {
-    sendFiles((await Promise.all(entries.map((entry) => filesBelow(entry, "")))).flat());
+    sendFiles((await Promise.all(entries.map((entry) => filesBelow(entry, "")))).flat(), { clientX: e.clientX, clientY: e.clientY });
   } catch (thrown) {
     reportError(thrown);
   }

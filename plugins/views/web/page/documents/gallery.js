@@ -2,6 +2,7 @@
 // The gallery: a dialog in which the user opens a scene.
 
 import { get, make } from "tatu/lib/dom";
+import { inlineNodes } from "tatu/lib/inline_text";
 import { mark, t, translate } from "tatu/lib/language";
 import { failure } from "tatu/net/calls";
 import { ask, on, send } from "tatu/net/connection";
@@ -66,8 +67,13 @@ function card({ file, about, try: suggestion, picture }) {
   b.title = file;
   if (picture) b.append(Object.assign(new Image(240, 150), { src: `data:image/png;base64,${picture}`, alt: "" }));
   b.append(make("strong", { textContent: title(file) }));
-  if (about) b.append(make("small", { textContent: about }));
-  if (suggestion) b.append(make("small", { textContent: `${t`Try:`} ${suggestion}`, className: "try" }));
+  const addText = (/** @type {string} */ text, className = "") => {
+    const element = make("small", { className });
+    element.append(...inlineNodes(text));
+    b.append(element);
+  };
+  if (about) addText(about);
+  if (suggestion) addText(`${t`Try:`} ${suggestion}`, "try");
   li.append(b);
   return li;
 }

@@ -10,20 +10,32 @@ import { editState, watchEdits } from "tatu/scene/edits";
 import { reportError, writeLine } from "tatu/scene/messages";
 import { rights } from "tatu/scene/store";
 
-/** The `mayClose` functions of other sources of unsaved changes. @type {(() => Promise<boolean>)[]} */
-const closeGuards = [];
-/** The `isUnsaved` functions of other sources of unsaved changes. @type {(() => boolean)[]} */
-const unsavedChecks = [];
+/**
+ * Another source of unsaved changes, such as the script editor. `isUnsaved` returns whether there are any; `save` puts
+ * them into the scene, and returns a promise of whether that succeeded; `mayClose` asks the user about them before another
+ * scene is opened, and returns a promise of whether it may be.
+ * @typedef {{ isUnsaved: () => boolean, save: () => Promise<boolean>, mayClose: () => Promise<boolean> }} UnsavedSource
+ */
+/** @type {UnsavedSource[]} */
+const sources = [];
 
 /**
- * Registers another source of unsaved changes, such as the script editor. `isUnsaved` returns whether there are any;
- * `mayClose` asks the user about them before another scene is opened, and returns a promise of whether it may be.
- * @param {() => boolean} isUnsaved
- * @param {() => Promise<boolean>} mayClose
+ * Registers another source of unsaved changes. It must call `showUnsaved` whenever `isUnsaved` may have changed.
+ * @param {UnsavedSource} source
  */
-export function addUnsavedSource(isUnsaved, mayClose) {
-  unsavedChecks.push(isUnsaved);
-  closeGuards.push(mayClose);
+export function addUnsavedSource(source) {
+  sources.push(source);
+}
+
+/** Returns whether there are changes that are not in the scene yet, such as the text in the script editor. */
+export function hasTextsToSave() {
+  return sources.some((source) => source.isUnsaved());
+}
+
+/** Puts changes that are not in the scene yet into it. Returns a promise of whether the scene has all of them now. */
+export async function saveTexts() {
+  for (const source of sources) if (source.isUnsaved() && !(await source.save())) return false;
+  return true;
 }
 
 /**
@@ -34,15 +46,36 @@ function displayPath(file) {
   return file.replace(/^\.[\\/]/, "");
 }
 
+/** Puts the text in the script editor into the scene before it is saved, and says so if that is not possible. */
+async function saveTextsFirst() {
+  if (!(await saveTexts())) writeLine("Status", t`The file will not have the new text of the script, which is still in the editor`, "warning");
+}
+
+/**
+ * Saves the scene, with the text in the script editor, to its own file, or asks for another one if that is not possible.
+ * Returns a promise of whether the scene was saved.
+ */
+export async function save() {
+  if (!rights.canControl) return false;
+  await saveTextsFirst();
+  return saveToFile(false);
+}
+
+/** Asks for a path and saves the scene to it, with the text in the script editor. */
+async function saveAs() {
+  if (!rights.canControl) return;
+  await saveTextsFirst();
+  await saveToOther();
+}
+
 /**
  * Saves the scene to its own file, or asks for another one if that is not possible. Returns a promise of whether the
  * scene was saved.
- * @param {boolean} [overwrite] whether to replace a file that has changed on disk
+ * @param {boolean} overwrite whether to replace a file that has changed on disk
  * @returns {Promise<boolean>}
  */
-export async function save(overwrite = false) {
-  if (!rights.canControl) return false;
-  if (!editState.on_disk || !/\.toml$/i.test(editState.file)) return saveAs();
+async function saveToFile(overwrite) {
+  if (!editState.on_disk || !/\.toml$/i.test(editState.file)) return saveToOther();
   try {
     await call("tatu.saveScene", "", overwrite);
     writeLine("Status", t`Saved ${displayPath(editState.file)}`);
@@ -52,8 +85,8 @@ export async function save(overwrite = false) {
     const isChangedOnDisk = /changed on disk/.test(error);
     const text = help ? `${error} (${help})` : error;
     const chosen = await ask(mark("The scene was not saved"), text, [mark("Save as"), ...(isChangedOnDisk ? [mark("Replace")] : []), mark("Cancel")]);
-    if (chosen === "Save as") return saveAs();
-    return chosen === "Replace" ? save(true) : false;
+    if (chosen === "Save as") return saveToOther();
+    return chosen === "Replace" ? saveToFile(true) : false;
   }
 }
 
@@ -72,8 +105,7 @@ function proposedPath() {
  * @param {string} [proposed]
  * @returns {Promise<boolean>}
  */
-export async function saveAs(proposed = proposedPath()) {
-  if (!rights.canControl) return false;
+async function saveToOther(proposed = proposedPath()) {
   const entered = await askText(mark("Save the scene as"), mark("A file in the folder in which the program was started:"), proposed, mark("Save"));
   if (entered === null) return false;
   const name = /\.toml$/i.test(entered) ? entered : `${entered}.toml`;
@@ -94,7 +126,7 @@ async function saveUnder(name, overwrite) {
   } catch (thrown) {
     const { error, help } = failure(thrown);
     const chosen = await ask(mark("The scene was not saved"), help ? `${error} (${help})` : error, [mark("Another name"), mark("Replace"), mark("Cancel")]);
-    if (chosen === "Another name") return saveAs(name);
+    if (chosen === "Another name") return saveToOther(name);
     return chosen === "Replace" && !overwrite ? saveUnder(name, true) : false;
   }
 }
@@ -104,7 +136,7 @@ async function saveUnder(name, overwrite) {
  * @returns {Promise<boolean>}
  */
 export async function mayClose() {
-  for (const guard of closeGuards) if (!(await guard())) return false;
+  for (const source of sources) if (!(await source.mayClose())) return false;
   if (!editState.unsaved || !rights.canControl) return true;
   const name = editState.file.split(/[\\/]/).pop() || t`The scene`;
   const text = t`${name} has changes that have not been saved.`;
@@ -130,21 +162,20 @@ const NO_SCENE = /(^|[\\/])nothing\.toml$/;
 /** Pattern of the file of a new scene that has never been saved. */
 const UNTITLED = /(^|[\\/])untitled(-\d+)?\.toml$/;
 
-watchEdits(({ unsaved }) => {
-  get("unsaved").hidden = !unsaved;
-  showTitle();
-});
-
-function showTitle() {
+/** Shows the name of the scene, and whether it or the text in the script editor has unsaved changes. */
+export function showUnsaved() {
+  const isUnsaved = editState.unsaved || hasTextsToSave();
+  get("unsaved").hidden = !isUnsaved;
   const name = editState.file.split(/[\\/]/).pop() || t`no scene`;
-  document.title = `${editState.unsaved ? "\u25CF " : ""}${name} \u2014 Tatu`;
+  document.title = `${isUnsaved ? "\u25CF " : ""}${name} \u2014 Tatu`;
 }
+watchEdits(showUnsaved);
 on("hello", ({ acts }) => {
   for (const id of ["new", "save", "save-as"]) get(id, HTMLButtonElement).disabled = !acts;
 });
 
 addEventListener("beforeunload", (e) => {
-  if (rights.canControl && (editState.unsaved || unsavedChecks.some((check) => check()))) e.preventDefault();
+  if (rights.canControl && (editState.unsaved || hasTextsToSave())) e.preventDefault();
 });
 
 // Offers to restore the backup copy of unsaved changes that a crashed program has left.

@@ -3,6 +3,7 @@
 // page: another page, a client, a recovery or a crash. They are stored in the browser, and offered again when the script
 // is opened.
 
+import { on } from "tatu/net/connection";
 import { scene } from "tatu/scene/store";
 import { pathOf } from "tatu/scene/hierarchy";
 
@@ -33,18 +34,25 @@ export function scriptAt(place) {
   return place ? all.find((s) => placeOf(s.id) === place) : undefined;
 }
 
-/** Returns the last part of a path: a scene may be opened by a relative or by an absolute path. @param {string} file */
-const nameOf = (file) => file.split(/[\\/]/).pop() ?? "";
+/** The working folder of the program. */
+let workingFolder = "";
+on("hello", ({ folder }) => { workingFolder = folder ?? ""; });
+
+/** Returns a path as an absolute one with slashes: a scene may be opened by a relative or by an absolute path. @param {string} file */
+function absolutePath(file) {
+  const path = file.replaceAll("\\", "/").replace(/^(\.\/)+/, "");
+  return /^(\/|\w:\/)/.test(path) ? path : `${workingFolder.replaceAll("\\", "/")}/${path}`;
+}
 
 /**
- * Returns whether two paths may be those of the same scene.
+ * Returns whether two paths are those of the same scene. Scenes in different folders may have files of the same name.
  * @param {string} one
  * @param {string} other
  */
-export const isSameScene = (one, other) => nameOf(one) === nameOf(other);
+export const isSameScene = (one, other) => absolutePath(one) === absolutePath(other);
 
 /** @param {string} file @param {string} place */
-const keyOf = (file, place) => `tatu draft ${nameOf(file)} ${place}`;
+const keyOf = (file, place) => `tatu draft ${JSON.stringify([absolutePath(file), place])}`;
 
 /**
  * Stores the unsaved text of a script.
@@ -53,16 +61,18 @@ const keyOf = (file, place) => `tatu draft ${nameOf(file)} ${place}`;
  * @param {string} text
  */
 export function storeDraft(file, place, text) {
-  localStorage.setItem(keyOf(file, place), text);
+  localStorage.setItem(keyOf(file, place), JSON.stringify({ text, time: Date.now() }));
 }
 
 /**
- * Returns the unsaved text of a script, or null if there is none.
+ * Returns the unsaved text of a script and the time at which it was stored, ms, or null if there is none.
  * @param {string} file
  * @param {string} place
+ * @returns {{ text: string, time: number } | null}
  */
 export function draftOf(file, place) {
-  return localStorage.getItem(keyOf(file, place));
+  const stored = localStorage.getItem(keyOf(file, place));
+  return stored === null ? null : JSON.parse(stored);
 }
 
 /** @param {string} file @param {string} place */

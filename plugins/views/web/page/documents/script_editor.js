@@ -3,13 +3,13 @@
 
 import { ask as question } from "tatu/lib/dialogs";
 import { get } from "tatu/lib/dom";
-import { mark, t } from "tatu/lib/language";
+import { language, mark, t } from "tatu/lib/language";
 import { failure } from "tatu/net/calls";
 import { ask, on, send } from "tatu/net/connection";
 import { editState } from "tatu/scene/edits";
 import { reportError, writeLine } from "tatu/scene/messages";
 import { rights, scene, watch } from "tatu/scene/store";
-import { addUnsavedSource } from "tatu/documents/scene_file";
+import { addUnsavedSource, showUnsaved } from "tatu/documents/scene_file";
 import { draftOf, isSameScene, placeOf, removeDraft, scriptAt, storeDraft } from "tatu/documents/script_drafts";
 import { resolveConflict } from "tatu/documents/version_conflict";
 
@@ -54,13 +54,50 @@ async function fill(text) {
   if (number !== fillCount) return;
   codeFieldModule = loaded;
   const isPython = openedScript?.language === "python";
-  editorView = loaded.textField({ parent: get("editor"), text, complete, save: () => { save(); }, readOnly: !rights.canControl, isPython });
+  editorView = loaded.textField({ parent: get("editor"), text, complete, save: () => { save(); }, changed: textChanged, readOnly: !rights.canControl, isPython });
   editorView.focus();
+  showUnsaved();
 }
 
-/** Returns whether the editor has unsaved changes. */
-function isUnsaved() {
+/** Returns a text with the line feeds of the text field, which has no carriage returns. @param {string} text */
+const withLineFeeds = (text) => text.replace(/\r\n?/g, "\n");
+
+/** Time after the last change at which the text is stored in the browser, ms. */
+const DRAFT_DELAY = 1000;
+let draftTimer = 0;
+/** Shows that the text is unsaved, and keeps it soon, since a browser that crashes sends no event. */
+function textChanged() {
+  showUnsaved();
+  clearTimeout(draftTimer);
+  draftTimer = setTimeout(() => { if (!keepDraft() && openedScript) forgetDraft(); }, DRAFT_DELAY);
+}
+
+/** Removes the stored text of the open script, and stores no other one. */
+function forgetDraft() {
+  clearTimeout(draftTimer);
+  removeDraft(home.file, home.place);
+}
+
+/** Whether the open script is no longer in the scene, as after an undo that removes its object. */
+let isGone = false;
+/** Notes whether the open script is in the scene, and shows it. @param {boolean} isNowGone */
+function setGone(isNowGone) {
+  if (isNowGone === isGone) return;
+  if (isNowGone) keepDraft();
+  isGone = isNowGone;
+  get("script-note").hidden = !isGone;
+  for (const id of ["script-save", "script-run"]) get(id, HTMLButtonElement).disabled = isGone;
+  showUnsaved();
+}
+
+/** Returns whether the text in the editor is not that of the script. */
+function isChanged() {
   return rights.canControl && editorView !== null && shownScript !== 0 && editorView.state.doc.toString() !== saved.text;
+}
+
+/** Returns whether the editor has changes that can be saved. */
+function isUnsaved() {
+  return !isGone && isChanged();
 }
 
 /** Asks what to do with unsaved changes, if any. Returns a promise of whether the script may be closed. */
@@ -70,10 +107,11 @@ async function mayClose() {
   if (chosen === "Save") return save();
   if (chosen !== "Discard") return false;
   saved.text = editorView?.state.doc.toString() ?? "";
-  removeDraft(home.file, home.place);
+  forgetDraft();
+  showUnsaved();
   return true;
 }
-addUnsavedSource(isUnsaved, mayClose);
+addUnsavedSource({ isUnsaved, save, mayClose });
 
 /** Shows the name of a script, which is a path if the script is in a file: then the file name. @param {Script} script */
 function showName(script) {
@@ -89,6 +127,7 @@ function showName(script) {
 export async function openScript(script) {
   if (openedScript?.id !== script.id && !(await mayClose())) return;
   openedScript = script;
+  setGone(false);
   home = { file: scene.file, place: placeOf(script.id) };
   showName(script);
   get("script").hidden = false;
@@ -120,41 +159,44 @@ export function openNewScript(id) {
 }
 
 on("commands", (message) => { commands = message.commands; });
-on("script", ({ script, text, version }) => {
+on("script", ({ script, text: source, version }) => {
   if (openedScript?.id !== script) return;
+  const text = withLineFeeds(source);
   const fieldText = editorView?.state.doc.toString();
   if (editorView && shownScript === script && fieldText !== saved.text) {
     // The editor has unsaved changes, which must not be replaced by the source that another client has saved.
-    if (fieldText === text) saved = { text, version };
-    else if (version !== saved.version) writeLine("Status", t`${openedScript.name} was changed elsewhere: saving it will show both texts`, "warning");
+    if (fieldText === text) {
+      saved = { text, version };
+      showUnsaved();
+    } else if (version !== saved.version) writeLine("Status", t`${openedScript.name} was changed elsewhere: saving it will show both texts`, "warning");
     return;
   }
   saved = { text, version };
   if (shownScript === script && fieldText === text) return;
   shownScript = script;
   const draft = draftOf(home.file, home.place);
-  if (draft === null || draft === text) fill(text);
+  if (draft === null || draft.text === text) fill(text);
   else offerDraft(draft, text);
 });
 
 /**
  * Asks whether to continue with a text that was never saved, and opens it or the text in the scene.
- * @param {string} draft
+ * @param {{ text: string, time: number }} draft
  * @param {string} text
  */
 async function offerDraft(draft, text) {
   const script = shownScript;
   const name = openedScript?.name || t`The script`;
-  const explanation = t`${name} has a text that was not saved when its scene was closed.`;
+  const explanation = t`${name} has a text of ${new Date(draft.time).toLocaleString(language)} that was not saved.`;
   const chosen = await question(mark("Continue with the unsaved text?"), explanation, [mark("Continue"), mark("Discard")]);
   if (shownScript !== script) return;
-  if (chosen === "Discard") removeDraft(home.file, home.place);
-  fill(chosen === "Discard" ? text : draft);
+  if (chosen === "Discard") forgetDraft();
+  fill(chosen === "Discard" ? text : draft.text);
 }
 
 /** Keeps the unsaved text of the open script, if any, and returns whether there is one. */
 function keepDraft() {
-  if (!isUnsaved() || !editorView) return false;
+  if (!isChanged() || !editorView) return false;
   storeDraft(home.file, home.place, editorView.state.doc.toString());
   return true;
 }
@@ -173,6 +215,7 @@ function followScene() {
   const found = isSameScene(scene.file, home.file) ? scriptAt(home.place) : undefined;
   if (found) {
     openedScript = found;
+    setGone(false);
     if (shownScript) shownScript = found.id;
     send({ type: "script", script: found.id });
   } else {
@@ -186,6 +229,7 @@ function followScene() {
 function refreshScript() {
   if (openedScript) home = { file: scene.file, place: placeOf(openedScript.id) || home.place };
   const current = allScripts().find((s) => s.id === openedScript?.id);
+  if (openedScript) setGone(!current);
   if (!current || current.version === openedScript?.version) return;
   openedScript = current;
   showName(current);
@@ -218,7 +262,7 @@ function markError(text) {
 
 /** Saves the text to the scene. Returns a promise of whether the script in the scene is up to date. */
 async function save() {
-  if (!editorView || !openedScript || !rights.canControl) return false;
+  if (!editorView || !openedScript || isGone || !rights.canControl) return false;
   codeFieldModule?.unmark(editorView);
   return saveSource(openedScript, editorView.state.doc.toString(), saved.version);
 }
@@ -229,23 +273,26 @@ async function save() {
  * @param {Script} script
  * @param {string} text
  * @param {number} from version from which `text` was written
+ * @param {boolean} [isMerged] whether `text` is not that of the editor, but one that the user has merged
  * @returns {Promise<boolean>}
  */
-async function saveSource(script, text, from) {
+async function saveSource(script, text, from, isMerged = false) {
   try {
     const [{ version, theirs }] = await ask({ type: "save_script", script: script.id, text, version: from }, `saving ${script.name}`);
     if (theirs !== undefined) {
       const chosen = await resolveConflict(script.name, text, theirs);
       if (!chosen) return false;
-      if (chosen.mine) return saveSource(script, chosen.text, version);
-      saved = { text: chosen.text, version };
-      removeDraft(home.file, home.place);
+      if (chosen.mine) return saveSource(script, chosen.text, version, true);
+      saved = { text: withLineFeeds(chosen.text), version };
+      forgetDraft();
       fill(chosen.text);
       return true;
     }
     saved = { text, version };
-    removeDraft(home.file, home.place);
-    if (editorView?.state.doc.toString() !== text) fill(text);
+    // The user may have continued to write while the text was being saved.
+    if (!keepDraft()) forgetDraft();
+    showUnsaved();
+    if (isMerged) fill(text);
     writeLine("Status", t`${script.name || t`The script`}: the new text is in the scene`);
     return true;
   } catch (thrown) {
@@ -284,8 +331,11 @@ detailsButton.onclick = () => {
 
 function closeEditor() {
   fillCount++;
+  clearTimeout(draftTimer);
   get("script").hidden = true;
   openedScript = null;
   shownScript = 0;
+  setGone(false);
+  showUnsaved();
 }
 get("script-close").onclick = async () => { if (await mayClose()) closeEditor(); };

@@ -19,7 +19,7 @@ import { reparent } from "tatu/edit/object_actions";
  * contains only the position of the object.
  * @param {number} id
  */
-function boxOf(id) {
+export function boxOf(id) {
   const group = groups.get(id);
   const box = new THREE.Box3();
   if (!group) return box;

@@ -9,8 +9,10 @@ import { edit, newMergeKey } from "tatu/scene/edits";
 import { subtree } from "tatu/scene/hierarchy";
 import { reportError, writeLine } from "tatu/scene/messages";
 import { scene, selectWhenPresent, whenPresent } from "tatu/scene/store";
+import { root } from "tatu/view/objects";
 import { surfaceAt, viewCenter } from "tatu/view/picking";
 import { controls, host, redraw, stage } from "tatu/view/renderer";
+import { boxOf } from "tatu/edit/alignment";
 import { lengthStep, snapLength } from "tatu/edit/snap_settings";
 
 /** @import { Item } from "tatu/edit/palette_items" */
@@ -59,17 +61,26 @@ function endPlacement() {
 }
 
 /**
+ * Returns the point at which something would be placed, and the object there; null if there is no surface.
+ * @param {Pointer} at
+ */
+function placeUnder(at) {
+  const found = surfaceAt(at);
+  if (!found) return null;
+  const { x, y, z } = found.point;
+  // Coordinates are rounded to 0.1 mm, because those of raycasts contain floating-point noise.
+  const point = lengthStep() ? new THREE.Vector3(snapLength(x), snapLength(y), round(z)) : new THREE.Vector3(round(x), round(y), round(z));
+  return { id: found.id, point };
+}
+
+/**
  * Returns the position at which an item would be placed, and the object there; null if there is no surface.
  * @param {Item} item
  * @param {Pointer} at
  */
 function positionOver(item, at) {
-  const found = surfaceAt(at);
-  if (!found) return null;
-  const { x, y, z } = found.point;
-  const point = lengthStep() ? new THREE.Vector3(snapLength(x), snapLength(y), z) : new THREE.Vector3(round(x), round(y), z);
-  // Coordinates are rounded to 0.1 mm, because those of raycasts contain floating-point noise.
-  return { id: found.id, point: point.setZ(round(z + item.lift)) };
+  const found = placeUnder(at);
+  return found && { id: found.id, point: found.point.setZ(round(found.point.z + item.lift)) };
 }
 
 /** Rounds a coordinate to 0.1 mm. @param {number} x m */
@@ -143,6 +154,32 @@ async function placeModel(item, model, found) {
 }
 
 /**
+ * Returns the place for a file that was dropped at a point of the page: under this point, or in the middle of the view if
+ * the point is beside it; null if there is no surface.
+ * @param {Pointer} at
+ */
+export function placeForFile(at) {
+  return placeUnder(isInView(at) ? at : viewCenter());
+}
+
+/**
+ * Returns the command call that puts a new object without a parent at a place. A model keeps its height above the ground;
+ * of a mesh, whose file may have any origin, the lowest point is put there.
+ * @param {number} id
+ * @param {{ point: THREE.Vector3 }} place
+ * @param {boolean} isMesh
+ * @returns {[string, ...unknown[]]}
+ */
+export function placementCall(id, { point }, isMesh) {
+  root.updateMatrixWorld(true);
+  const [x = 0, y = 0, z = 0] = scene.objects.get(id)?.pose ?? [];
+  if (!isMesh) return ["tatu.set", id, "object.position", [point.x, point.y, round(z + point.z)]];
+  const box = boxOf(id);
+  const middle = box.getCenter(new THREE.Vector3());
+  return ["tatu.set", id, "object.position", [x + point.x - middle.x, y + point.y - middle.y, z + point.z - box.min.z].map(round)];
+}
+
+/**
  * Adds an item to the scene at the surface under the pointer.
  * @param {Item} item
  * @param {Pointer} at
@@ -175,7 +212,7 @@ export function placeInMiddle(item) {
   return placeItem(item, viewCenter());
 }
 
-/** Returns whether the pointer is over the view. @param {PointerEvent} e */
+/** Returns whether the pointer is over the view. @param {Pointer} e */
 function isInView(e) {
   return document.elementFromPoint(e.clientX, e.clientY)?.closest("#view") !== null;
 }

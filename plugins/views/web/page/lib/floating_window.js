@@ -29,6 +29,16 @@ function moveTo(box, x, y) {
 }
 
 /**
+ * Moves a window to a position in the view, clamped so that all of it is in the view if it fits.
+ * @param {HTMLElement} box
+ * @param {number} x
+ * @param {number} y
+ */
+function moveInside(box, x, y) {
+  moveTo(box, Math.max(0, Math.min(x, host.clientWidth - box.offsetWidth)), Math.max(0, Math.min(y, host.clientHeight - box.offsetHeight)));
+}
+
+/**
  * Returns a position at which a new window does not cover another one, as far to the right as possible. If there is
  * none, returns one with a small offset that depends on the number of windows.
  * @param {HTMLElement} box
@@ -72,6 +82,23 @@ export function movable(box, bar, onMoved = () => {}) {
 /** @type {{ [key: string]: [number, number] }} */
 const DIRECTIONS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
+/** @param {string} key of the window */
+const storageKey = (key) => `tatu window ${key}`;
+
+/** Returns whether the position and size of a window are stored. @param {string} key */
+export function hasPlacement(key) {
+  return localStorage.getItem(storageKey(key)) !== null;
+}
+
+/**
+ * Stores the position and size of a window.
+ * @param {string} key
+ * @param {number[]} placement left, top, width and height, pixels
+ */
+export function storePlacement(key, placement) {
+  localStorage.setItem(storageKey(key), placement.join(" "));
+}
+
 /**
  * Opens a window. Its position and size are stored in the browser under `key`.
  * @param {{ key: string, title: string, width: number, height?: number, closed: () => void }} what
@@ -90,15 +117,14 @@ export function openFloatingWindow({ key, title: text, width, height, closed }) 
   const body = make("div", { className: "body" });
   box.append(bar, body);
 
-  const storageKey = `tatu window ${key}`;
-  const storePlacement = () => {
-    if (box.offsetWidth) localStorage.setItem(storageKey, [box.offsetLeft, box.offsetTop, box.offsetWidth, box.offsetHeight].join(" "));
+  const store = () => {
+    if (box.offsetWidth) storePlacement(key, [box.offsetLeft, box.offsetTop, box.offsetWidth, box.offsetHeight]);
   };
-  const [x, y, w, h] = (localStorage.getItem(storageKey) ?? "").split(" ").map(Number);
+  const [x, y, w, h] = (localStorage.getItem(storageKey(key)) ?? "").split(" ").map(Number);
   box.style.width = `${w || width}px`;
   if (h ?? height) box.style.height = `${h ?? height}px`;
-  movable(box, bar, storePlacement);
-  const sizeObserver = new ResizeObserver(() => { if (box.isConnected) storePlacement(); });
+  movable(box, bar, store);
+  const sizeObserver = new ResizeObserver(() => { if (box.isConnected) store(); });
   bar.addEventListener("keydown", (e) => {
     const direction = DIRECTIONS[e.key];
     if (e.key === "Escape") close();
@@ -107,7 +133,7 @@ export function openFloatingWindow({ key, title: text, width, height, closed }) 
     const [dx, dy] = [STEP * direction[0], STEP * direction[1]];
     if (e.shiftKey) Object.assign(box.style, { width: `${box.offsetWidth + dx}px`, height: `${box.offsetHeight + dy}px` });
     else moveTo(box, box.offsetLeft + dx, box.offsetTop + dy);
-    storePlacement();
+    store();
   });
   const close = () => {
     sizeObserver.disconnect();
@@ -118,7 +144,8 @@ export function openFloatingWindow({ key, title: text, width, height, closed }) 
   box.style.zIndex = String(++topLayer);
   host.append(box);
   const placement = w ? null : freePosition(box);
-  moveTo(box, placement?.x ?? x ?? 0, placement?.y ?? y ?? 0);
+  // The view may have been larger when the placement was stored.
+  moveInside(box, placement?.x ?? x ?? 0, placement?.y ?? y ?? 0);
   sizeObserver.observe(box);
   return { box, bar, title, body, close };
 }
@@ -127,8 +154,6 @@ export function openFloatingWindow({ key, title: text, width, height, closed }) 
 new ResizeObserver(() => {
   if (!host.clientWidth) return;
   for (const box of host.querySelectorAll(".pane")) {
-    if (!(box instanceof HTMLElement)) continue;
-    const [right, bottom] = [host.clientWidth - box.offsetWidth, host.clientHeight - box.offsetHeight];
-    moveTo(box, Math.max(0, Math.min(box.offsetLeft, right)), Math.max(0, Math.min(box.offsetTop, bottom)));
+    if (box instanceof HTMLElement) moveInside(box, box.offsetLeft, box.offsetTop);
   }
 }).observe(host);

@@ -44,8 +44,8 @@ export function openMenu(x, y, entries) {
   }
   document.body.append(menu);
   const { width, height } = menu.getBoundingClientRect();
-  menu.style.left = `${Math.min(x, innerWidth - width - 4)}px`;
-  menu.style.top = `${Math.min(y, innerHeight - height - 4)}px`;
+  menu.style.left = `${Math.max(4, Math.min(x, innerWidth - width - 4))}px`;
+  menu.style.top = `${Math.max(4, Math.min(y, innerHeight - height - 4))}px`;
   open = menu;
   menu.querySelector("button")?.focus();
   menu.onkeydown = (e) => {

@@ -86,6 +86,37 @@ function label(x, digits) {
   return digits > 6 || Math.abs(x) >= 1e6 ? x.toExponential(1) : (x + 0).toFixed(digits).replace(/^-0(\.0*)?$/, "0$1");
 }
 
+/** Maximum number of times that the layout of a plot is improved, of which usually one or two suffice. */
+const MAX_LAYOUTS = 5;
+/** Space above and below the curves, pixels. */
+const [TOP, BOTTOM] = [10, 20];
+
+/**
+ * Returns the space at the left and right of curves, for the labels of the axes, and the ranges and ticks of the axes.
+ * @param {{ low: number, high: number }} timeRange
+ * @param {{ low: number, high: number }} valueRange
+ * @param {number} w width of the canvas, pixels
+ * @param {number} h
+ * @param {string} unit of the horizontal axis
+ * @param {boolean} isEqual whether a unit has the same length on both axes
+ * @param {(text: string) => number} widthOf returns the width of a text, pixels
+ */
+export function layout(timeRange, valueRange, w, h, unit, isEqual, widthOf) {
+  let [left, right] = [22, 10];
+  // Equal scales extend a range, which may then need longer labels, which leave less space for the curves.
+  for (let n = 0; ; n++) {
+    const [times, values] = [{ ...timeRange }, { ...valueRange }];
+    if (isEqual) equalize(times, Math.max(1, w - left - right), values, h - TOP - BOTTOM);
+    const valueTicks = ticks(values.low, values.high, Math.floor((h - 34) / GRID_SPACING.y));
+    const timeTicks = ticks(times.low, times.high, Math.floor((w - left) / GRID_SPACING.x));
+    const neededLeft = 10 + Math.max(...valueTicks.all.map((v) => widthOf(label(v, valueTicks.digits))), 12);
+    // The unit is at the right of the last label, which is below the end of the curves.
+    const neededRight = unit ? 8 + widthOf(unit) + widthOf(label(timeTicks.all.at(-1) ?? times.high, timeTicks.digits)) / 2 : 10;
+    if ((neededLeft <= left && neededRight <= right) || n === MAX_LAYOUTS) return { left, right, times, values, valueTicks, timeTicks };
+    [left, right] = [Math.max(left, Math.ceil(neededLeft)), Math.max(right, Math.ceil(neededRight))];
+  }
+}
+
 /**
  * Draws curves.
  * @param {HTMLCanvasElement} canvas
@@ -101,16 +132,14 @@ export function plot(canvas, curves, unit = "s", legend = true, isEqual = false)
   const [w, h] = [canvas.width / scale, canvas.height / scale];
   c.setTransform(scale, 0, 0, scale, 0, 0);
   c.clearRect(0, 0, w, h);
-  const [values, times] = [range(curves, "values"), range(curves, "times")];
-  if (!values || !times) return;
-  if (isEqual) equalize(times, w - 60, values, h - 30);
+  const [valueRange, timeRange] = [range(curves, "values"), range(curves, "times")];
+  if (!valueRange || !timeRange) return;
   c.font = "11px system-ui, sans-serif";
   const textColor = getComputedStyle(canvas).color;
-  const valueTicks = ticks(values.low, values.high, Math.floor((h - 34) / GRID_SPACING.y));
-  const left = 10 + Math.max(...valueTicks.all.map((v) => c.measureText(label(v, valueTicks.digits)).width), 12);
-  const timeTicks = ticks(times.low, times.high, Math.floor((w - left) / GRID_SPACING.x));
-  const x = (/** @type {number} */ t) => left + ((w - left - 10) * (t - times.low)) / (times.high - times.low);
-  const y = (/** @type {number} */ v) => h - 20 - ((h - 30) * (v - values.low)) / (values.high - values.low);
+  const widthOf = (/** @type {string} */ text) => c.measureText(text).width;
+  const { left, right, times, values, valueTicks, timeTicks } = layout(timeRange, valueRange, w, h, unit, isEqual, widthOf);
+  const x = (/** @type {number} */ t) => left + ((w - left - right) * (t - times.low)) / (times.high - times.low);
+  const y = (/** @type {number} */ v) => h - BOTTOM - ((h - TOP - BOTTOM) * (v - values.low)) / (values.high - values.low);
 
   c.strokeStyle = c.fillStyle = textColor;
   c.lineWidth = 1;
@@ -121,16 +150,19 @@ export function plot(canvas, curves, unit = "s", legend = true, isEqual = false)
     c.stroke();
   };
   c.globalAlpha = 0.15;
-  for (const v of valueTicks.all) line([left, y(v), w - 10, y(v)]);
-  for (const t of timeTicks.all) line([x(t), 10, x(t), h - 20]);
+  for (const v of valueTicks.all) line([left, y(v), w - right, y(v)]);
+  for (const t of timeTicks.all) line([x(t), TOP, x(t), h - BOTTOM]);
   c.globalAlpha = 0.75;
   c.textBaseline = "middle";
   c.textAlign = "right";
   for (const v of valueTicks.all) c.fillText(label(v, valueTicks.digits), left - 5, y(v));
   c.textAlign = "center";
-  for (const t of timeTicks.all.slice(0, -1)) c.fillText(label(t, timeTicks.digits), x(t), h - 9);
+  for (const t of timeTicks.all) {
+    const text = label(t, timeTicks.digits);
+    c.fillText(text, Math.min(x(t), w - 2 - widthOf(text) / 2), h - 9);
+  }
   c.textAlign = "right";
-  c.fillText(`${label(timeTicks.all.at(-1) ?? times.high, timeTicks.digits)} ${unit}`.trim(), w - 2, h - 9);
+  c.fillText(unit, w - 2, h - 9);
   c.globalAlpha = 1;
 
   c.lineWidth = 1.5;

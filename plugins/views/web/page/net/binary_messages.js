@@ -128,19 +128,23 @@ export function parseTexture(view) {
 }
 
 /**
- * Parses an image of a sensor, and converts it to RGBA bytes, the top row first. Smaller depths are lighter.
+ * Parses an image of a sensor, and converts it to RGBA bytes, the top row first. Smaller depths are lighter: `near` and
+ * `far`, m, are white and black. They are the planes of the sensor, or 0 and the largest depth if it has none, and 0 for
+ * colors.
  * @param {DataView} view
- * @returns {{ id: number, width: number, height: number, pixels: Uint8ClampedArray<ArrayBuffer> }}
+ * @returns {{ id: number, isDepth: boolean, near: number, far: number, width: number, height: number, pixels: Uint8ClampedArray<ArrayBuffer> }}
  */
 export function parseImage(view) {
   const [id, width, height] = [view.getUint32(4, true), view.getUint32(8, true), view.getUint32(12, true)];
   const pixels = new Uint8ClampedArray(4 * width * height);
   const color = view.getUint8(2) === 0;
   const depth = (/** @type {number} */ i) => view.getFloat32(16 + 4 * i, true);
-  let maxDepth = 0;
-  if (!color) for (let i = 0; i < width * height; i++) if (Number.isFinite(depth(i))) maxDepth = Math.max(maxDepth, depth(i));
+  let [near, far] = [0, 0];
+  const count = width * height;
+  if (!color && view.byteLength >= 16 + 4 * (count + 2)) [near, far] = [depth(count), depth(count + 1)];
+  else if (!color) for (let i = 0; i < count; i++) if (Number.isFinite(depth(i))) far = Math.max(far, depth(i));
   // Pixels without a hit are black, like those with the largest depth.
-  const light = (/** @type {number} */ i) => (Number.isFinite(depth(i)) ? 255 * (1 - depth(i) / (maxDepth || 1)) : 0);
+  const light = (/** @type {number} */ i) => (Number.isFinite(depth(i)) ? 255 * (1 - (depth(i) - near) / (far - near || 1)) : 0);
   for (let y = 0; y < height; y++) {
     for (let x = 0; x < width; x++) {
       const from = y * width + x;
@@ -149,5 +153,5 @@ export function parseImage(view) {
       pixels[to + 3] = 255;
     }
   }
-  return { id, width, height, pixels };
+  return { id, isDepth: !color, near, far, width, height, pixels };
 }

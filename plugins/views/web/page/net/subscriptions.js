@@ -1,22 +1,25 @@
 // @ts-check
-// Collects the images and graphs that the parts of the page show, and requests all of them from the program.
+// Collects the images, depths and graphs that the parts of the page show, and requests all of them from the program.
 
 import { on, send } from "tatu/net/connection";
 
+/** @typedef {"images" | "depths" | "graphs"} Kind */
 /**
  * The objects that parts of the page show, by the name of the part.
- * @type {{ [kind in "images" | "graphs"]: Map<string, number> }}
+ * @type {{ [kind in Kind]: Map<string, number> }}
  */
-const subscriptions = { images: new Map(), graphs: new Map() };
+const subscriptions = { images: new Map(), depths: new Map(), graphs: new Map() };
 
-/** Requests all objects of a kind that are shown. @param {"images" | "graphs"} kind */
+/** Requests all objects of a kind that are shown. @param {Kind} kind */
 function request(kind) {
-  send({ type: kind, objects: [...new Set(subscriptions[kind].values())] });
+  const shown = (/** @type {Kind} */ of) => [...new Set(subscriptions[of].values())];
+  if (kind === "graphs") send({ type: "graphs", objects: shown("graphs") });
+  else send({ type: "images", objects: shown("images"), depths: shown("depths") });
 }
 
 /**
- * Sets the image or graph that a part of the page shows.
- * @param {"images" | "graphs"} kind
+ * Sets the image, image of depths, or graph that a part of the page shows.
+ * @param {Kind} kind
  * @param {string} subscriber name of the part
  * @param {number} id handle of the object; 0: none
  */
@@ -29,5 +32,6 @@ export function subscribe(kind, subscriber, id) {
 
 // A new connection starts without requests.
 on("hello", () => {
-  for (const kind of /** @type {const} */ (["images", "graphs"])) if (subscriptions[kind].size) request(kind);
+  if (subscriptions.images.size || subscriptions.depths.size) request("images");
+  if (subscriptions.graphs.size) request("graphs");
 });

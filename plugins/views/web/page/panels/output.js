@@ -11,10 +11,16 @@ import { scene, select, watch } from "tatu/scene/store";
 
 /** Maximum number of lines per tab. */
 const MAX_LINES = 1000;
+/** Length at which a line of a console that is not ended by a line feed is continued on the next line, characters. */
+const MAX_LINE_LENGTH = 4000;
 const tabs = get("tabs");
 const output = get("output");
-/** @type {Map<string, HTMLElement[]>} */
-const linesByTab = new Map();
+/**
+ * A tab: its lines, and the number of characters in the last one if text may be added to it, otherwise -1.
+ * @typedef {{ lines: HTMLElement[], unended: number }} Tab
+ */
+/** @type {Map<string, Tab>} */
+const allTabs = new Map();
 let open = mark("Status");
 const footer = get("footer");
 const expandButton = get("more-output");
@@ -22,21 +28,50 @@ const statusLine = get("last-line");
 const OPEN_KEY = "tatu output";
 
 /** Expands or collapses the output panel. @param {boolean} isExpanded */
-function setExpanded(isExpanded) {
+function expand(isExpanded) {
   footer.classList.toggle("open", isExpanded);
   expandButton.setAttribute("aria-expanded", String(isExpanded));
   expandButton.replaceChildren(icon(isExpanded ? "down" : "up"));
-  localStorage.setItem(OPEN_KEY, isExpanded ? "1" : "");
   output.scrollTop = output.scrollHeight;
 }
+/** Expands or collapses the output panel as the user has chosen, also when the page is loaded again. @param {boolean} isExpanded */
+function setExpanded(isExpanded) {
+  localStorage.setItem(OPEN_KEY, isExpanded ? "1" : "");
+  expand(isExpanded);
+}
 expandButton.onclick = () => setExpanded(!footer.classList.contains("open"));
-statusLine.onclick = () => setExpanded(true);
+statusLine.onclick = () => {
+  showTab(mark("Status"));
+  setExpanded(true);
+};
 
-/** Shows the newest line of the open tab in the status line. */
+/** Shows the newest message in the status line, also while the lines of a console are shown. */
 function lastLine() {
-  const newest = linesOf(open).at(-1);
+  const newest = tabOf(mark("Status")).lines.at(-1);
   statusLine.textContent = newest?.textContent ?? "";
   statusLine.className = newest?.className ?? "";
+}
+
+let isScheduled = false;
+/**
+ * Shows the lines of the open tab in the next frame. Scripts may print thousands of lines in a second, and the browser
+ * computes the layout whenever the scroll position is read after a line was added.
+ */
+function scheduleUpdate() {
+  if (isScheduled) return;
+  isScheduled = true;
+  requestAnimationFrame(update);
+}
+
+/** Shows the lines of the open tab, and stays at its end if the end is visible. */
+function update() {
+  isScheduled = false;
+  const { lines } = tabOf(open);
+  const isAtEnd = output.scrollTop + output.clientHeight >= output.scrollHeight - 8;
+  while (output.firstChild && output.firstChild !== lines[0]) output.firstChild.remove();
+  output.append(...lines.slice(output.childElementCount));
+  if (isAtEnd) output.scrollTop = output.scrollHeight;
+  lastLine();
 }
 
 /** Numbers of warnings and errors in the status tab. */
@@ -58,19 +93,19 @@ function showCounts() {
   }
 }
 
-/** Returns the lines of a tab, and creates the tab if necessary. @param {string} name */
-function linesOf(name) {
-  const existing = linesByTab.get(name);
+/** Returns a tab, which is created if necessary. @param {string} name */
+function tabOf(name) {
+  const existing = allTabs.get(name);
   if (existing) return existing;
-  /** @type {HTMLElement[]} */
-  const lines = [];
-  linesByTab.set(name, lines);
+  /** @type {Tab} */
+  const tab = { lines: [], unended: -1 };
+  allTabs.set(name, tab);
   const b = make("button", { textContent: translate(name), onclick: () => { showTab(name); setExpanded(true); } });
   b.setAttribute("role", "tab");
   b.dataset.tab = name;
   tabs.append(b);
   markTab();
-  return lines;
+  return tab;
 }
 
 function markTab() {
@@ -83,15 +118,22 @@ function markTab() {
 /** Opens a tab. @param {string} name */
 function showTab(name) {
   open = name;
+  footer.classList.toggle("with-console", open !== "Status");
   markTab();
-  output.replaceChildren(...linesOf(name));
+  output.replaceChildren(...tabOf(name).lines);
   output.scrollTop = output.scrollHeight;
   lastLine();
 }
 
+/** Removes the lines of a tab. @param {Tab} tab */
+function clearTab(tab) {
+  tab.lines = [];
+  tab.unended = -1;
+}
+
 /** Removes the lines of all tabs. */
 export function clear() {
-  for (const name of linesByTab.keys()) linesByTab.set(name, []);
+  for (const tab of allTabs.values()) clearTab(tab);
   counts.warning = counts.error = 0;
   showCounts();
   showTab(open);
@@ -132,39 +174,76 @@ watch("scene", () => {
     counts.warning = counts.error = 0;
     showCounts();
   }
-  for (const lines of linesByTab.values()) lines.forEach(linkObjects);
+  for (const { lines } of allTabs.values()) lines.forEach(linkObjects);
   lastLine();
 });
+
+/**
+ * Adds a line to a tab.
+ * @param {string} name
+ * @param {string} text
+ * @param {string} [level] "", "warning" or "error"
+ */
+function addLine(name, text, level = "") {
+  const { lines } = tabOf(name);
+  const div = make("div", { className: level, textContent: text });
+  linkObjects(div);
+  lines.push(div);
+  if (lines.length > MAX_LINES) lines.shift();
+  if (name === open || name === "Status") scheduleUpdate();
+}
 
 watchLines(({ tab, text, level }) => {
   if (tab === "Status" && (level === "warning" || level === "error")) {
     counts[level]++;
     showCounts();
   }
-  const div = make("div", { className: level, textContent: text });
-  linkObjects(div);
-  const all = linesOf(tab);
-  all.push(div);
-  const bottom = output.scrollTop + output.clientHeight >= output.scrollHeight - 8;
-  if (all.length > MAX_LINES) all.shift()?.remove();
-  if (tab === open) {
-    output.append(div);
-    if (bottom) output.scrollTop = output.scrollHeight;
-    lastLine();
-  }
+  addLine(tab, text, level);
 });
 
+/**
+ * Prints text to a console, which continues its last line until a line feed.
+ * @param {string} title
+ * @param {string} text
+ */
+function print(title, text) {
+  const tab = tabOf(title);
+  const pieces = text.split("\n");
+  pieces.forEach((piece, i) => {
+    const isEnded = i < pieces.length - 1;
+    if (tab.unended >= 0 && tab.unended <= MAX_LINE_LENGTH) {
+      tab.lines.at(-1)?.append(piece);
+      tab.unended += piece.length;
+    } else if (piece || isEnded) {
+      addLine(title, piece);
+      tab.unended = piece.length;
+    }
+    if (isEnded) tab.unended = -1;
+  });
+  if (title === open) scheduleUpdate();
+}
+
+/** Whether lines are new. Before the first state, the program sends those from before the connection again. */
+let isLive = false;
+on("hello", () => { isLive = false; });
+on("state", () => { isLive = true; });
 on("event", ({ name, payload }) => {
   if (name === "message") writeLine("Status", payload.text, payload.level);
   else if (name === "console") {
-    if (payload.clear) linesByTab.set(payload.title, []);
-    else writeLine(payload.title, payload.text);
-    if (open === payload.title) showTab(open);
-  }
-  else if (name === "started") writeLine("Status", t`simulation started`);
-  else if (name === "stopped") writeLine("Status", t`simulation stopped: the scene was reset`);
+    const isNew = !allTabs.has(payload.title);
+    if (payload.clear) clearTab(tabOf(payload.title));
+    else print(payload.title, payload.text);
+    if (isNew && isLive) {
+      showTab(payload.title);
+      expand(true);
+    } else if (payload.title === open) scheduleUpdate();
+  } else if (name === "started") {
+    // A console of the last run was closed at its end.
+    for (const tab of allTabs.values()) tab.unended = -1;
+    writeLine("Status", t`simulation started`);
+  } else if (name === "stopped") writeLine("Status", t`simulation stopped: the scene was reset`);
 });
 on("again", clear);
 on("error", reportError);
-linesOf("Status");
-setExpanded(localStorage.getItem(OPEN_KEY) === "1");
+tabOf("Status");
+expand(localStorage.getItem(OPEN_KEY) === "1");

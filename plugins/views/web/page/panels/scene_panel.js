@@ -2,6 +2,7 @@
 // What the panel of details shows while nothing is selected: what the scene is about, its scripts, and keys.
 
 import { get, make } from "tatu/lib/dom";
+import { inlineNodes } from "tatu/lib/inline_text";
 import { language, LANGUAGES, setLanguage, t } from "tatu/lib/language";
 import { scene, selected, watch } from "tatu/scene/store";
 import { openScript } from "tatu/documents/script_editor";
@@ -68,9 +69,11 @@ function show() {
   const models = all.filter((o) => o.model).length;
   const objects = !models ? `${all.length}` : models > 1 ? t`${all.length}, in ${models} models` : t`${all.length}, in one model`;
   const suggestion = make("p", { className: "suggestion", hidden: !scene.suggestion });
-  suggestion.append(make("strong", { textContent: `${t`Try:`} ` }), scene.suggestion);
+  suggestion.append(make("strong", { textContent: `${t`Try:`} ` }), ...inlineNodes(scene.suggestion));
+  const about = make("p", { hidden: !scene.about });
+  about.append(...inlineNodes(scene.about));
   panel.replaceChildren(
-    make("p", { textContent: scene.about, hidden: !scene.about }), suggestion,
+    about, suggestion,
     definitions([[t`Objects`, objects], [t`Time step`, `${+(scene.dt * 1000).toFixed(3)} ms`], [t`Scripts`, scriptLinks()]], "facts"),
     make("h3", { textContent: t`Keys and mouse` }), definitions(HINTS.map(([keys, effect]) => [make("kbd", { textContent: keys }), effect]), "hints"),
     languageField(),

@@ -179,20 +179,34 @@ watch("scene", () => {
     if (o.model && !known.has(o.id)) collapsed.add(o.id);
     known.add(o.id);
   }
+  unfoldIfMoved();
   draw();
 });
 watch("objects", () => {
   // The tree is not rebuilt while an object is being renamed, because that would remove the input field.
   if (tree.querySelector("input")) return;
+  unfoldIfMoved();
   draw();
 });
-watch("selected", (id) => {
-  let up = scene.objects.get(id)?.parent;
+watch("selected", () => {
+  if (unfold()) draw();
+  markSelected();
+});
+
+/** The parent of the selected object when the tree was unfolded to it. */
+let parentOfSelected = 0;
+/** Unfolds the tree to the selected object. Returns whether an object was folded. */
+function unfold() {
+  let up = parentOfSelected = scene.objects.get(selected())?.parent ?? 0;
   let opened = false;
   while (up) {
     opened = collapsed.delete(up) || opened;
-    up = scene.objects.get(up)?.parent;
+    up = scene.objects.get(up)?.parent ?? 0;
   }
-  if (opened) draw();
-  markSelected();
-});
+  return opened;
+}
+
+/** Unfolds the tree to the selected object if its parent has changed: a new sensor is attached to a robot after it was added. */
+function unfoldIfMoved() {
+  if ((scene.objects.get(selected())?.parent ?? 0) !== parentOfSelected) unfold();
+}

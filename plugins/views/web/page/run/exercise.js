@@ -6,12 +6,14 @@ import { choose } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
 import { download } from "tatu/lib/download";
 import { openFloatingWindow } from "tatu/lib/floating_window";
+import { inlineNodes } from "tatu/lib/inline_text";
 import { mark, t } from "tatu/lib/language";
 import { pack } from "tatu/lib/zip";
 import { call, on, send } from "tatu/net/connection";
 import { edit, editState, isScriptsOnly, setScriptsOnly } from "tatu/scene/edits";
 import { reportError, writeLine } from "tatu/scene/messages";
 import { rights, scene, watch } from "tatu/scene/store";
+import { saveTexts } from "tatu/documents/scene_file";
 import { openScript } from "tatu/documents/script_editor";
 import { isWindowOpen, openWindow, registerWindow, windowClosed } from "tatu/windows/open_windows";
 import { fileNameFor, lastFilm, setFilmAlways } from "tatu/run/film_recorder";
@@ -63,7 +65,11 @@ function openExercise() {
   row.append(scriptButton, handInButton, changeButton);
   window.body.append(task, list, note, row);
   refresh = () => {
-    task.replaceChildren(...(exercise?.task ?? "").split(/\n\s*\n/).map((text) => make("p", { textContent: text.replaceAll("\n", " ") })));
+    task.replaceChildren(...(exercise?.task ?? "").split(/\n\s*\n/).map((text) => {
+      const paragraph = make("p");
+      paragraph.append(...inlineNodes(text.replaceAll("\n", " ")));
+      return paragraph;
+    }));
     list.replaceChildren(...(goals.length ? goals : plannedGoals()).map(({ text, state, time }) => {
       const item = make("li", { className: state });
       const mark = make("span", { className: "mark", textContent: MARKS[state] });
@@ -170,26 +176,30 @@ watch("scene", () => {
   }
   requestExercise();
 });
+/** The versions of the scripts at the end of the last run, by handle. @type {Map<number, number>} */
+let versionsInRun = new Map();
 on("event", ({ name, payload }) => {
   if (name === "exercise.goals") {
     goals = Object.values(payload.goals ?? []);
     refresh?.();
-  } else if (name === "edited") requestExercise();
+  } else if (name === "stopped") versionsInRun = new Map(scripts().map(({ id, version }) => [id, version]));
+  else if (name === "edited") requestExercise();
 });
 
-/** Callbacks of pending requests for script sources, by script. @type {Map<number, (text: string) => void>} */
+/** @typedef {{ text: string, version: number }} Source */
+/** Callbacks of pending requests for script sources, by script. @type {Map<number, (source: Source) => void>} */
 const textRequests = new Map();
-on("script", ({ script, text }) => {
-  textRequests.get(script)?.(text);
+on("script", ({ script, text, version }) => {
+  textRequests.get(script)?.({ text, version });
   textRequests.delete(script);
 });
 
 /**
- * Requests the source of a script.
+ * Requests the source of a script and its version.
  * @param {Script} script
- * @returns {Promise<string>}
+ * @returns {Promise<Source>}
  */
-function textOf(script) {
+function sourceOf(script) {
   return new Promise((resolve) => {
     textRequests.set(script.id, resolve);
     send({ type: "script", script: script.id });
@@ -225,6 +235,10 @@ const fileNamePart = (text) => text.replace(/[^\p{L}\p{N}._-]+/gu, "_").replace(
 
 /** Saves a student's work as a zip file with the scripts, and the film and goals of the last run. */
 async function handIn() {
+  if (!(await saveTexts())) {
+    writeLine("Status", t`Not handed in, because the new text of the script is not in the scene`, "warning");
+    return;
+  }
   const film = editState.state === "stopped" ? await lastFilm() : null;
   if (!film) {
     writeLine("Status", t`There is nothing to hand in yet: run the simulation, and stop it, first`, "warning");
@@ -238,11 +252,16 @@ async function handIn() {
     const files = [];
     /** @type {{ [file: string]: string }} */
     const list = {};
+    /** @type {string[]} */
+    const changed = [];
     for (const script of scripts()) {
-      const baseName = fileNamePart(script.name || script.kind).replace(/\.lua$/, "") || "script";
-      const name = [baseName, ...Array.from({ length: 99 }, (_, i) => `${baseName}_${i + 2}`)].map((n) => `scripts/${n}.lua`).find((n) => !list[n]) ?? "";
+      const baseName = fileNamePart(script.name || script.kind).replace(/\.(lua|py)$/, "") || "script";
+      const ending = script.language === "python" ? "py" : "lua";
+      const name = [baseName, ...Array.from({ length: 99 }, (_, i) => `${baseName}_${i + 2}`)].map((n) => `scripts/${n}.${ending}`).find((n) => !list[n]) ?? "";
       list[name] = script.name;
-      files.push({ name, bytes: encoder.encode(await textOf(script)) });
+      const { text, version } = await sourceOf(script);
+      if (versionsInRun.get(script.id) !== version) changed.push(script.name);
+      files.push({ name, bytes: encoder.encode(text) });
     }
     const decided = goals.map((goal) => ({ ...goal, time: Number(goal.time.toFixed(6)) }));
     const summary = { student, scene: scene.file.split(/[\\/]/).pop(), when: new Date().toISOString(), changed: areLimitsLifted ? "everything" : "scripts", goals: decided, scripts: list };
@@ -251,6 +270,7 @@ async function handIn() {
     const name = fileNameFor(`_handed_in${student ? `_${fileNamePart(student)}` : ""}.zip`);
     download(new Blob([pack(files)], { type: "application/zip" }), name);
     writeLine("Status", t`${name} is in the downloads of your browser: give it to your teacher`);
+    if (changed.length) writeLine("Status", t`The film in ${name} is older than the text of ${changed.join(", ")}: run the scene again and hand in again`, "warning");
   } catch (thrown) {
     reportError(thrown);
   }

@@ -1,9 +1,13 @@
 // @ts-check
-// The controls for play, pause, step, stop and speed, and the display of the simulation time.
+// The controls for play, pause, step, stop and speed, and the display of the simulation time. Before a run starts or
+// continues, it takes the text in the script editor.
 
 import { get } from "tatu/lib/dom";
+import { t } from "tatu/lib/language";
 import { timeOf } from "tatu/net/binary_messages";
 import { on, send } from "tatu/net/connection";
+import { writeLine } from "tatu/scene/messages";
+import { hasTextsToSave, saveTexts } from "tatu/documents/scene_file";
 
 /** @import { RunAction, RunState } from "tatu/protocol" */
 
@@ -13,8 +17,17 @@ let state = "stopped";
 let speed = 1;
 let dt = 0.05;
 
-/** Sends a `run` request. @param {RunAction} action */
-export function sendAction(action) {
+/**
+ * Sends a `run` request. A run starts or continues with the text in the script editor, or not at all if that text cannot be
+ * loaded.
+ * @param {RunAction} action
+ */
+async function sendAction(action) {
+  const goesOn = action === "start" || action === "step";
+  if (goesOn && hasTextsToSave() && !(await saveTexts())) {
+    writeLine("Status", t`Not started, because the new text of the script is not in the scene`, "warning");
+    return;
+  }
   send({ type: "run", action });
 }
 

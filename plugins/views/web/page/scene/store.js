@@ -115,11 +115,18 @@ function resolveWaiting() {
   }
 }
 
+/** Returns whether the depths of a sensor are shown at first, instead of its colors. @param {SceneObject | undefined} o */
+export function showsDepth(o) {
+  return o?.depth === true && /depth\d*$/i.test(o.alias);
+}
+
 /** Requests the images or streams of the object that was selected last. */
 function subscribeToSelected() {
   const id = selected();
   const o = scene.objects.get(id);
-  subscribe("images", "selected", o?.schema === "image" ? id : 0);
+  const hasImage = o?.schema === "image";
+  subscribe("images", "selected", hasImage && !showsDepth(o) ? id : 0);
+  subscribe("depths", "selected", hasImage && showsDepth(o) ? id : 0);
   subscribe("graphs", "selected", o?.kind === "graph" ? id : 0);
 }
 

@@ -111,4 +111,10 @@ test("a depth image: near is light, far and nothing are dark", () => {
   assert.deepEqual([...pixels], [191, 191, 191, 255, 0, 0, 0, 255]);
   const free = picture(true, (view) => { view.setFloat32(16, Infinity, true); view.setFloat32(20, 2, true); });
   assert.deepEqual([...free.pixels], [0, 0, 0, 255, 0, 0, 0, 255]);
+  const view = new DataView(new ArrayBuffer(32));
+  [[2, 1], [8, 1], [12, 2]].forEach(([at, x]) => (at === 2 ? view.setUint8(at, x) : view.setUint32(at, x, true)));
+  [1, 2, 1, 3].forEach((x, i) => view.setFloat32(16 + 4 * i, x, true));
+  const planes = parseImage(view);
+  assert.deepEqual([planes.isDepth, planes.near, planes.far], [true, 1, 3]);
+  assert.deepEqual([...planes.pixels], [128, 128, 128, 255, 255, 255, 255, 255]);
 });

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { equalize, ticks } from "../lib/plot.js";
+import { equalize, layout, ticks } from "../lib/plot.js";
 import { csv, csvOfPairs } from "../lib/csv.js";
 
 test("axes have round numbers, and not too many", () => {
@@ -26,4 +26,19 @@ test("a unit has the same length on both axes of a map", () => {
   const [x, y] = [{ low: 0, high: 4 }, { low: 1, high: 2 }];
   equalize(x, 400, y, 200);
   assert.deepEqual([x, y], [{ low: 0, high: 4 }, { low: 0.5, high: 2.5 }]);
+});
+
+test("the scales of a map are equal where the curves are drawn", () => {
+  const widthOf = (text) => 6 * text.length;
+  for (const [x, y] of [[[0, 4], [1, 2]], [[0, 1], [-1000, 1000]], [[-0.001, 0.001], [0, 3]], [[5, 5.5], [-12345, -12344]]]) {
+    const [timeRange, valueRange] = [x, y].map(([low, high]) => ({ low, high }));
+    const { left, right, times, values, valueTicks, timeTicks } = layout(timeRange, valueRange, 420, 200, "m", true, widthOf);
+    const horizontal = (420 - left - right) / (times.high - times.low);
+    const vertical = (200 - 30) / (values.high - values.low);
+    assert.ok(Math.abs(horizontal / vertical - 1) < 1e-9, `${horizontal} and ${vertical} pixels for a unit`);
+    assert.ok(times.low <= x[0] + 1e-9 && times.high >= x[1] - 1e-9 && values.low <= y[0] + 1e-9 && values.high >= y[1] - 1e-9);
+    for (const v of valueTicks.all) assert.ok(left >= 10 + widthOf(v.toFixed(valueTicks.digits)), `${v} at ${left}`);
+    // The last number, at most at the end of the curves, leaves room for the unit.
+    assert.ok(right >= 2 + widthOf("m") + widthOf(timeTicks.all.at(-1).toFixed(timeTicks.digits)) / 2, `${right}`);
+  }
 });

@@ -6,7 +6,7 @@ import * as THREE from "three";
 import { get } from "tatu/lib/dom";
 import { parseImage } from "tatu/net/binary_messages";
 import { on } from "tatu/net/connection";
-import { scene, selected, watch } from "tatu/scene/store";
+import { scene, selected, showsDepth, watch } from "tatu/scene/store";
 import { attachTo, isLarge } from "tatu/view/instancing";
 import { groups } from "tatu/view/objects";
 import { redraw } from "tatu/view/renderer";
@@ -147,9 +147,15 @@ watch("selected", () => { if (isLarge()) drawAll(); });
 raysBox.onchange = drawAll;
 
 const canvas = get("eye", HTMLCanvasElement);
+/** Handle of the sensor of which the last image with colors was. */
+let coloredSensor = 0;
 on("image", (view) => {
-  const { id, width, height, pixels } = parseImage(view);
+  const { id, isDepth, width, height, pixels } = parseImage(view);
+  const o = scene.objects.get(id);
   if (id !== selected() || !width || !height) return;
+  // A window may show the other image of the sensor. Some sensors do not measure their colors.
+  if (!isDepth) coloredSensor = id;
+  if (showsDepth(o) ? !isDepth : isDepth && coloredSensor === id) return;
   canvas.width = width;
   canvas.height = height;
   canvas.getContext("2d")?.putImageData(new ImageData(pixels, width, height), 0, 0);

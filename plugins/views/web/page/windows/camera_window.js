@@ -10,12 +10,12 @@ import { parseImage } from "tatu/net/binary_messages";
 import { on, send } from "tatu/net/connection";
 import { subscribe } from "tatu/net/subscriptions";
 import { objectAt, pathOf } from "tatu/scene/hierarchy";
-import { scene } from "tatu/scene/store";
+import { scene, showsDepth } from "tatu/scene/store";
 import { groups } from "tatu/view/objects";
 import { beforeDrawing, drawFromCamera, redraw } from "tatu/view/renderer";
-import { registerWindow, windowClosed } from "tatu/windows/open_windows";
+import { registerWindow, storeWindows, windowClosed } from "tatu/windows/open_windows";
 
-/** @typedef {{ object: string }} Spec */
+/** The object, and whether the window shows its depths, if the user has chosen. @typedef {{ object: string, depth?: boolean }} Spec */
 
 /** Returns the description of the window for a camera or vision sensor. @param {number} id */
 export function cameraSpec(id) {
@@ -36,7 +36,7 @@ function openCamera(spec) {
   const id = objectAt(spec.object);
   const o = scene.objects.get(id);
   if (!o || !hasImage(id)) return null;
-  const content = o.kind === "camera" ? renderedCanvas(id) : receivedCanvas(id, `window ${spec.object}`, (text) => { window.title.textContent = `${o.alias} \u2014 ${text}`; });
+  const content = o.kind === "camera" ? renderedCanvas(id) : receivedCanvas(id, spec, (text) => { window.title.textContent = `${o.alias} \u2014 ${text}`; });
   const window = openFloatingWindow({
     key: `camera ${spec.object}`, title: o.alias, width: 320, height: 270,
     closed: () => {
@@ -47,11 +47,12 @@ function openCamera(spec) {
   const opened = { kind: "camera", spec, close: window.close };
   content.canvas.setAttribute("role", "img");
   content.canvas.setAttribute("aria-label", t`What ${o.alias} sees`);
+  if (content.tools) window.body.append(content.tools);
   window.body.append(content.canvas);
   redraw();
   return opened;
 }
-registerWindow("camera", openCamera);
+registerWindow("camera", openCamera, (spec) => spec.object);
 
 /** Rotation from scene cameras, which look along +z with y up, to those of three.js, which look along -z. */
 const CAMERA_ROTATION = new THREE.Quaternion(0, 1, 0, 0);
@@ -89,7 +90,7 @@ function renderedCanvas(id) {
   const sizeObserver = new ResizeObserver(redraw);
   sizeObserver.observe(canvas);
   const stop = beforeDrawing(draw);
-  return { canvas, close: () => {
+  return { canvas, tools: null, close: () => {
     stop();
     sizeObserver.disconnect();
     detailListeners.delete(id);
@@ -100,30 +101,63 @@ const detailListeners = new Map();
 on("details", ({ object, rows }) => detailListeners.get(object)?.(rows));
 
 /**
- * Creates a canvas with the images of a vision sensor, and requests these images from the program.
+ * Creates a canvas with the images of a vision sensor, and requests these images from the program. If the sensor measures
+ * colors and depths, `tools` has the choice between them, and the scale of the depths.
  * @param {number} id
- * @param {string} subscriber unique name of the window
+ * @param {Spec} spec
  * @param {(text: string) => void} showSize shows the size of the image
  */
-function receivedCanvas(id, subscriber, showSize) {
+function receivedCanvas(id, spec, showSize) {
+  const subscriber = `window ${spec.object}`;
   const canvas = make("canvas", { className: "seen sent", width: 4, height: 3 });
-  images.set(subscriber, { id, canvas, showSize });
-  subscribe("images", subscriber, id);
-  return { canvas, close: () => {
+  const o = scene.objects.get(id);
+  const hasBoth = o?.depth === true;
+  const isDepthShown = () => hasBoth && (spec.depth ?? showsDepth(o));
+  const scale = make("span", { className: "depth-scale", hidden: true });
+  const [nearText, farText] = [make("span"), make("span")];
+  scale.append(nearText, make("span", { className: "ramp" }), farText);
+  const request = () => {
+    scale.hidden = true;
+    subscribe("images", subscriber, isDepthShown() ? 0 : id);
+    subscribe("depths", subscriber, isDepthShown() ? id : 0);
+  };
+  const choice = make("select", { title: t`What the image shows` });
+  choice.setAttribute("aria-label", t`What the image shows`);
+  choice.add(new Option(t`colors`, "colors"));
+  choice.add(new Option(t`depth`, "depth"));
+  choice.value = isDepthShown() ? "depth" : "colors";
+  choice.onchange = () => {
+    spec.depth = choice.value === "depth";
+    request();
+    storeWindows();
+  };
+  let hasColors = false;
+  const tools = make("div", { className: "tools" });
+  tools.append(choice, scale);
+  images.set(subscriber, { id, show: ({ isDepth, near, far, width, height, pixels }) => {
+    // Both may arrive, since another part of the page may show the other one. Some sensors do not measure their colors.
+    hasColors ||= !isDepth;
+    if (hasBoth && (isDepthShown() ? !isDepth : isDepth && hasColors)) return;
+    Object.assign(canvas, { width, height });
+    showSize(`${width} \u00d7 ${height}`);
+    scale.hidden = !isDepth;
+    nearText.textContent = `${+near.toPrecision(3)} m`;
+    farText.textContent = `${+far.toPrecision(3)} m`;
+    canvas.getContext("2d")?.putImageData(new ImageData(pixels, width, height), 0, 0);
+  } });
+  request();
+  return { canvas, tools: hasBoth ? tools : null, close: () => {
     images.delete(subscriber);
     subscribe("images", subscriber, 0);
+    subscribe("depths", subscriber, 0);
   } };
 }
-/** @type {Map<string, { id: number, canvas: HTMLCanvasElement, showSize: (text: string) => void }>} */
+/** @type {Map<string, { id: number, show: (image: ReturnType<typeof parseImage>) => void }>} */
 const images = new Map();
 on("image", (view) => {
   const sensor = view.getUint32(4, true);
-  for (const { id, canvas, showSize } of images.values()) {
-    if (id !== sensor) continue;
-    const { width, height, pixels } = parseImage(view);
-    if (!width || !height) continue;
-    Object.assign(canvas, { width, height });
-    showSize(`${width} \u00d7 ${height}`);
-    canvas.getContext("2d")?.putImageData(new ImageData(pixels, width, height), 0, 0);
-  }
+  const shown = [...images.values()].filter(({ id }) => id === sensor);
+  if (!shown.length) return;
+  const image = parseImage(view);
+  if (image.width && image.height) for (const { show } of shown) show(image);
 });

@@ -47,9 +47,26 @@ function storageKey() {
 /** Stores the windows that are open in this scene. */
 export function storeWindows() {
   if (isRestoring || !scene.file) return;
-  const list = [...openWindows].map(({ kind, spec }) => ({ kind, spec }));
-  if (list.length) localStorage.setItem(storageKey(), JSON.stringify(list));
-  else localStorage.removeItem(storageKey());
+  localStorage.setItem(storageKey(), JSON.stringify([...openWindows].map(({ kind, spec }) => ({ kind, spec }))));
+}
+
+/**
+ * Returns the windows that are stored for this scene, or null if the user has neither opened nor closed any.
+ * @returns {{ kind: string, spec: unknown }[] | null}
+ */
+function storedWindows() {
+  try {
+    const list = JSON.parse(localStorage.getItem(storageKey()) ?? "null");
+    return Array.isArray(list) ? list : null;
+  } catch {
+    return null;
+  }
+}
+
+/** Returns whether the user has chosen the windows of this scene. The window of an exercise opens by itself. */
+export function hasLayout() {
+  const list = storedWindows();
+  return list !== null && (list.length === 0 || list.some(({ kind }) => kind !== "exercise"));
 }
 
 /**
@@ -99,8 +116,7 @@ function restore() {
   isRestoring = true;
   for (const opened of [...openWindows]) opened.close();
   try {
-    const list = JSON.parse(localStorage.getItem(storageKey()) ?? "[]");
-    if (Array.isArray(list)) for (const { kind, spec } of list) openWindow(kind, spec);
+    for (const { kind, spec } of storedWindows() ?? []) openWindow(kind, spec);
   } catch {
     // Entries stored by a different version of the page are dropped.
     localStorage.removeItem(storageKey());

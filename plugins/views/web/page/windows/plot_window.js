@@ -85,6 +85,9 @@ export function graphSpec(id) {
   return { n: 0, curves: [], graph: pathOf(id), along: null };
 }
 
+/** Returns the name under which the placement of a plot is stored. @param {Spec} spec */
+export const plotKey = (spec) => `plot ${spec.graph || spec.n}`;
+
 /**
  * Combines two curves into an x-y curve. Streams of the same length are paired by index, since a script may record many
  * values at the same time, others by their times.
@@ -104,7 +107,7 @@ function openPlot(spec) {
   const graph = objectAt(spec.graph);
   if (spec.graph ? !graph : !spec.curves.some((c) => objectAt(c.object))) return null;
   const title = graph ? scene.objects.get(graph)?.alias ?? t`Graph` : t`Plot`;
-  const key = `plot ${spec.graph || spec.n}`;
+  const key = plotKey(spec);
   const window = openFloatingWindow({ key, title, width: 420, height: 300, closed });
   const pane = { kind: "plot", spec, close: window.close };
   const toolbar = make("div", { className: "tools" });

@@ -57,8 +57,14 @@ pub(crate) enum FromPage {
     Script { script: u32 },
     /// Requests the custom data of an object, or of the scene if `object` is 0.
     Data { object: u32 },
-    /// Requests the images of these sensors from now on, instead of those requested before.
-    Images { objects: Vec<u32> },
+    /// Requests the images of these sensors from now on, instead of those requested before: of `objects` the colors, or the
+    /// depths if they have no colors; of `depths` the depths.
+    Images {
+        objects: Vec<u32>,
+        #[serde(default)]
+        #[cfg_attr(test, ts(optional, as = "Option<Vec<u32>>"))]
+        depths: Vec<u32>,
+    },
     /// Requests the streams of these graphs from now on, instead of those requested before.
     Graphs { objects: Vec<u32> },
     /// Requests the values of properties and of fields of readings in each step from now on, instead of those requested

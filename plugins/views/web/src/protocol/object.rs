@@ -62,6 +62,10 @@ pub(crate) struct SceneObject {
     /// The schema of a sensor's readings; omitted if the readings have no fields.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) schema: Option<ReadingSchema>,
+    /// Whether a sensor with images measures both colors and depths. Omitted if false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[cfg_attr(test, ts(optional, as = "Option<bool>"))]
+    pub(crate) depth: bool,
     /// The detection volume of a sensor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) volume: Option<SensorVolume>,

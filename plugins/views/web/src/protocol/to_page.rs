@@ -24,6 +24,9 @@ pub(crate) enum ToPage {
         /// An address that grants view rights, for the user to share; sent only to clients with control rights.
         #[serde(skip_serializing_if = "Option::is_none")]
         look: Option<String>,
+        /// The working folder, to which relative paths of scenes refer; sent only to clients with control rights.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        folder: Option<String>,
         speed: f64,
     },
     /// The complete scene.
