@@ -61,6 +61,10 @@ fn scenes_that_are_tests_are_run_and_told_apart() {
         "{junit}"
     );
 
+    // A goal that cannot be read is found by a check.
+    place.write("odd.toml", &exercise("/Ball flies").replace("goals.lua", "tests/goals.lua"));
+    place.tatu(&["check", "odd.toml"]).reports(&["the goal \"/Ball flies\" cannot be read"]);
+
     // An error outweighs goals.
     place.write("tests/wrong.toml", &format!("{FALLING}script = {{ text = \"error('broken')\" }}\n"));
     let run = place.tatu(&["test", "tests", "--json"]);
