@@ -10,6 +10,7 @@ mod hashes;
 mod plot;
 mod scripts;
 mod state;
+mod test_args;
 mod trace;
 mod values;
 

@@ -17,8 +17,8 @@ use tatu_terminal::report;
 use toml_edit::{Document, Item, TableLike};
 
 use crate::{
-    args::TestArgs,
     child_run::{self, FinishedRun},
+    test_args::TestArgs,
 };
 
 /// Exit code if a scene has errors.

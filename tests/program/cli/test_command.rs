@@ -40,7 +40,7 @@ fn place() -> TestFolder {
 }
 
 #[test]
-fn scenes_that_are_tests_are_run_and_told_apart() {
+fn scenes_with_goals_or_a_duration_are_tests() {
     let place = place();
     place.write("tests/lands.toml", &exercise("Touch the floor: /Ball touches /floor before 0.4 s"));
     let run = place.tatu(&["test", "tests"]).good();

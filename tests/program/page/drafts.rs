@@ -104,7 +104,7 @@ fn the_scene_is_saved_and_run_with_the_text_in_the_editor() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn a_text_is_kept_while_it_is_written_and_belongs_to_its_scene() {
+fn drafts_are_stored_during_writing_and_belong_to_one_scene() {
     let place = TestFolder::new();
     let scene = format!("format = 1\n{SCENE}");
     place.write("one/scene.toml", &scene).write("two/scene.toml", &scene.replace("x = 1", "y = 1"));

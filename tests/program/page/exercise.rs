@@ -109,7 +109,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn the_text_in_the_editor_is_handed_in_and_scripts_keep_their_language() {
+fn unsaved_text_is_handed_in_under_the_suffix_of_its_language() {
     let place = TestFolder::scene(
         "[[object]]\nkind = \"dummy\"\nalias = \"brain\"\nscript = { text = \"x = 1\" }\n\
          [[object]]\nkind = \"dummy\"\nalias = \"hand\"\nscript = \"hand.py\"\n\

@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use tatu_core::errors::{Error, Result};
 use tatu_terminal::report;
 
-use super::{round, runs::Grade, submissions::Submission};
-use crate::args::GradeArgs;
+use super::{runs::Grade, submissions::Submission, values::round};
+use crate::test_args::GradeArgs;
 
 const STYLE: &str = "body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem; \
     color: #1c2733; background: #fff } table { border-collapse: collapse; width: 100% } th, td { text-align: left; \

@@ -2,22 +2,23 @@
 //!
 //! Each script runs in a process of its own, in a packed copy of the scene, so that neither the criteria nor other
 //! scripts are in a folder that it may read. `submissions`: finds the scripts; `runs`: runs and judges them; `slip`: the
-//! line that proves a result; `files`: the results as files.
+//! line that proves a result; `files`: the results as files; `values`: files and points as texts.
 
 mod files;
 mod runs;
 mod slip;
 mod submissions;
+mod values;
 
-use std::{collections::BTreeMap, fs, process::ExitCode};
+use std::{collections::BTreeMap, process::ExitCode};
 
-use serde_json::Value;
 use tatu_core::errors::{Error, Result};
 use tatu_terminal::report;
 
-use crate::{args::GradeArgs, child_run};
+use crate::{child_run, test_args::GradeArgs};
 use runs::{Grade, Grading};
 use submissions::Submission;
+use values::round;
 
 /// Grades scripts. The exit code is 0 if all were graded, however good they are, 1 if a slip does not agree, and 2 if
 /// nothing could be graded.
@@ -99,14 +100,4 @@ fn print(all: &[Submission], grades: &[Grade]) {
     for (submission, grade) in all.iter().zip(grades).filter(|(_, g)| g.points > 0.0) {
         report::out!("slip of {}: {}", submission.student, grade.slip);
     }
-}
-
-/// Formats points without needless digits.
-fn round(points: f64) -> String {
-    Value::from((points * 100.0).round() / 100.0).to_string().trim_end_matches(".0").to_owned()
-}
-
-/// Reads a file that the user has named.
-fn read(path: &std::path::Path) -> Result<Vec<u8>> {
-    fs::read(path).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", path.display())))
 }

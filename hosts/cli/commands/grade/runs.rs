@@ -12,13 +12,13 @@ use tatu_core::errors::{Error, Result};
 use tatu_embed::{pack, restart_command};
 
 use super::{
-    read, round,
     slip::{self, Slip},
     submissions::Submission,
+    values::{read, round},
 };
 use crate::{
-    args::GradeArgs,
     child_run::{self, FinishedRun},
+    test_args::GradeArgs,
 };
 
 /// The name of the script's file in the folder of its run.

@@ -148,7 +148,7 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
     if let Some(values) = &values {
         world.enable_stand_ins(values);
     }
-    if let Some(file) = &args.criteria {
+    if let Some(file) = &args.ending.criteria {
         attach_criteria(file, &world, &registry)?;
     }
     let session = match &replay {

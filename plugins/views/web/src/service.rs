@@ -122,6 +122,17 @@ pub(crate) struct DrawingRecord {
     pub(crate) drawings_version: u64,
 }
 
+/// The handles of the objects of which a client receives what they measure or record.
+#[derive(Default)]
+pub(crate) struct RequestedStreams {
+    /// Sensors whose images are sent.
+    pub(crate) images: Vec<u32>,
+    /// Sensors whose depths are sent.
+    pub(crate) depths: Vec<u32>,
+    /// Graphs whose curves are sent.
+    pub(crate) graphs: Vec<u32>,
+}
+
 /// The state of a client.
 pub(crate) struct PageClient {
     pub(crate) client: WebSocketClient,
@@ -131,12 +142,7 @@ pub(crate) struct PageClient {
     pub(crate) sent: SentMessages,
     /// Whether the client has received the current scene.
     pub(crate) scene_sent: bool,
-    /// Handles of the sensors whose images the client has requested.
-    pub(crate) images: Vec<u32>,
-    /// Handles of the sensors whose depths the client has requested.
-    pub(crate) depths: Vec<u32>,
-    /// Handles of the graphs whose streams the client has requested.
-    pub(crate) graphs: Vec<u32>,
+    pub(crate) streams: RequestedStreams,
     /// The handle of the object whose properties the client follows; 0: none.
     pub(crate) followed: u32,
     /// The values that the client watches.
@@ -385,9 +391,7 @@ impl WebState {
                 sent: SentMessages::default(),
                 followed: 0,
                 scene_sent: false,
-                images: Vec::new(),
-                depths: Vec::new(),
-                graphs: Vec::new(),
+                streams: RequestedStreams::default(),
                 watch: ValueWatch::default(),
                 film: None,
                 overlays: OverlayRequest::default(),
@@ -488,13 +492,13 @@ impl WebState {
             FromPage::Script { script } => return requests::script(turn, script).map(Some),
             FromPage::Data { object } => return requests::data(turn, p, object).map(Some),
             FromPage::Images { objects, depths } => {
-                guest.images = dedup_and_truncate(objects);
-                guest.depths = dedup_and_truncate(depths);
+                guest.streams.images = dedup_and_truncate(objects);
+                guest.streams.depths = dedup_and_truncate(depths);
                 guest.sent.forget(Subject::Image);
                 guest.sent.forget(Subject::Depth);
             }
             FromPage::Graphs { objects } => {
-                guest.graphs = dedup_and_truncate(objects);
+                guest.streams.graphs = dedup_and_truncate(objects);
                 guest.sent.forget(Subject::Graph);
             }
             FromPage::Watch { of, values } => guest.watch = ValueWatch::new(turn, of, &values),

@@ -221,12 +221,12 @@ impl WebState {
                 guest.drawings_version = self.drawings.drawings_version;
             }
             let image = |subject, id, depth| Some((subject, id, readings::image(turn, p, object_id(id), depth)?));
-            let images = guest.images.iter().filter_map(|id| image(Subject::Image, *id, false));
-            let depths = guest.depths.iter().filter_map(|id| image(Subject::Depth, *id, true));
-            let graphs = guest
-                .graphs
-                .iter()
-                .filter_map(|id| Some((Subject::Graph, *id, readings::graph(turn, object_id(*id)).ok()?.message())));
+            let images = guest.streams.images.iter().filter_map(|id| image(Subject::Image, *id, false));
+            let depths = guest.streams.depths.iter().filter_map(|id| image(Subject::Depth, *id, true));
+            let graphs =
+                guest.streams.graphs.iter().filter_map(|id| {
+                    Some((Subject::Graph, *id, readings::graph(turn, object_id(*id)).ok()?.message()))
+                });
             for (subject, id, message) in images.chain(depths).chain(graphs) {
                 if guest.sent.is_new(subject, id, &message) {
                     out.send(message);

@@ -1,0 +1,16 @@
+//! Files as bytes, and points as texts.
+
+use std::{fs, path::Path};
+
+use serde_json::Value;
+use tatu_core::errors::{Error, Result};
+
+/// Formats points without needless digits.
+pub fn round(points: f64) -> String {
+    Value::from((points * 100.0).round() / 100.0).to_string().trim_end_matches(".0").to_owned()
+}
+
+/// Reads a file that the user has named.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    fs::read(path).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", path.display())))
+}
