@@ -110,6 +110,8 @@ fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<Ex
     let mut log = None;
     let (mut scene, mut starts) = (args.scene.clone(), false);
     let mut before = None;
+    // Services tell worlds apart by their addresses, so a world is dropped only when the next one has its own.
+    let mut ended_world = None;
     loop {
         let world = match create_world(args, &document, &registry) {
             Ok(world) => world,
@@ -127,6 +129,7 @@ fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<Ex
                 }
             },
         };
+        drop(ended_world.take());
         watchdog.world(&world, false);
         watchdog.begin(None);
         world.set_scene_reader(scene_reader(args, text, scene.clone(), &registry));
@@ -141,6 +144,7 @@ fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<Ex
         world.stop();
         world.end();
         print_log(&world);
+        ended_world = Some(world);
         match next {
             Some(next) => {
                 before = Some((document, scene.clone()));
@@ -152,6 +156,7 @@ fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<Ex
             None => break,
         }
     }
+    drop(ended_world);
     let badly_ended = session.end();
     badly_ended.iter().for_each(report::error);
     watchdog.set_summary_printed();

@@ -36,8 +36,6 @@ fn an_unsaved_text_survives_another_client_that_opens_a_scene() {
     // The text is offered when the script is opened again.
     call(&mut socket, "tatu.open", json!([file]));
     shown.until("of('brain')?.scripts.length === 1");
-    // What the program sends after the scene, such as its state, has arrived.
-    std::thread::sleep(std::time::Duration::from_millis(1500));
     let row = shown.row("brain");
     let at = shown.page.middle(&row);
     shown.page.click_at(at, 2);
@@ -126,8 +124,6 @@ fn drafts_are_stored_during_writing_and_belong_to_one_scene() {
     shown.page.until(&format!("{drafts} === 1"));
     call(&mut socket, "tatu.open", json!(["one/scene.toml"]));
     shown.until("store.scene.file.includes('one') && of('brain')?.scripts.length === 1");
-    // What the program sends after the scene, such as its state, has arrived.
-    std::thread::sleep(std::time::Duration::from_millis(1500));
     let row = shown.row("brain");
     let at = shown.page.middle(&row);
     shown.page.click_at(at, 2);

@@ -175,8 +175,9 @@ impl World {
         }
     }
 
-    /// Adds a script that is not part of the document, of kind "addon", "sandbox" or "referee". It lives as long as the world and
-    /// is called after all others. Returns its slot, or an error if it has a different kind or no slot is free.
+    /// Adds a script that is not part of the document, of kind "addon", "sandbox" or "referee". It is called after all
+    /// others, and lives as long as the world, but a referee from start to stop. Returns its slot, or an error if it has a
+    /// different kind or no slot is free.
     pub fn attach(&self, spec: &ScriptSpec) -> Result<u32> {
         let kinds = OUTSIDE_KINDS;
         if !kinds.contains(&spec.kind.as_str()) && spec.kind != REFEREE_KIND {
