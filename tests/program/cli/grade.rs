@@ -142,6 +142,8 @@ fn results_are_written_for_other_programs_and_slips_are_checked() {
     let place = place();
     place.write("in/=anna/controller.lua", &driver(2.5)).write("in/bruno.lua", &format!("-- mine\n{}", driver(2.5)));
     place.write("in/carla.lua", "x = ").write("in/empty/README.md", "nothing");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("../teacher/criteria.lua", place.path().join("in/link.lua")).unwrap();
     let run = place.tatu(&[
         "grade",
         "scene.toml",
@@ -160,6 +162,8 @@ fn results_are_written_for_other_programs_and_slips_are_checked() {
     let run = run.good();
     assert!(run.out.contains("=anna  8 of 8  moves exactly as bruno"), "{}", run.out);
     assert!(run.out.contains("there are 0 scripts in the folder"), "{}", run.out);
+    #[cfg(unix)]
+    assert!(run.out.contains("link   0 of 0  it is a link"), "{}", run.out);
     assert!(run.out.contains("::error file=in/carla.lua::not reached: Reach the flag"), "{}", run.out);
     let marks = place.read("marks.csv");
     assert!(marks.starts_with("student,points,of,") && marks.contains("\n'=anna,8,8,1,1,4,2,"), "{marks}");

@@ -182,7 +182,7 @@ impl World {
         let kinds = OUTSIDE_KINDS;
         if !kinds.contains(&spec.kind.as_str()) && spec.kind != REFEREE_KIND {
             let error = Error::new("E102", format!("a script of kind `{}` cannot be attached to a world", spec.kind));
-            return Err(error.expected(kinds.join(", ")));
+            return Err(error.expected(format!("{}, {REFEREE_KIND}", kinds.join(", "))));
         }
         Scripts::add(&self.cell, 0, spec)
             .ok_or_else(|| Error::new("E401", "the world has no free slot for another script"))

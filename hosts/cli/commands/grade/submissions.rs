@@ -35,9 +35,7 @@ pub fn find(path: &Path) -> Result<Vec<Submission>> {
     let mut paths: Vec<PathBuf> = Vec::new();
     for entry in fs::read_dir(path).map_err(unreadable)? {
         let entry = entry.map_err(unreadable)?;
-        // A link could be one to a file that its author cannot read.
-        let is_link = entry.file_type().map_err(unreadable)?.is_symlink();
-        if !entry.file_name().to_string_lossy().starts_with('.') && !is_link {
+        if !entry.file_name().to_string_lossy().starts_with('.') {
             paths.push(entry.path());
         }
     }
@@ -58,8 +56,13 @@ fn submission(path: &Path) -> Submission {
 
 fn script(path: &Path) -> Result<Vec<u8>, String> {
     let suffix = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    // A link could be one to a file that its author cannot read, and opening a pipe may block.
+    let kind = fs::symlink_metadata(path).map_err(|e| e.to_string())?.file_type();
+    if !kind.is_file() && !kind.is_dir() {
+        return Err("it is a link, a pipe or a device; expected a file or a folder".to_owned());
+    }
     match suffix.as_str() {
-        _ if path.is_dir() => only_script_below(path),
+        _ if kind.is_dir() => only_script_below(path),
         "zip" => only_script_in_zip(path),
         _ => read_plain(path, MAX_SCRIPT_BYTES).map_err(|e| e.to_string()),
     }

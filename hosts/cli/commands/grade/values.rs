@@ -1,9 +1,10 @@
 //! Files as bytes, and points as texts.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use serde_json::Value;
 use tatu_core::errors::{Error, Result};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};
 
 /// Formats points without needless digits.
 pub fn round(points: f64) -> String {
@@ -12,5 +13,5 @@ pub fn round(points: f64) -> String {
 
 /// Reads a file that the user has named.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    fs::read(path).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", path.display())))
+    read_plain(path, MAX_FILE_BYTES).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", path.display())))
 }
